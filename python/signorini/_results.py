@@ -327,6 +327,17 @@ class Run(Result):
         return np.array(rows, dtype=kinds).view(np.recarray)
 
     @property
+    def probes(self) -> dict[str, dict[str, np.ndarray]]:
+        """What ``[[probe]]`` of the scene saw: by name, then by quantity (``"displacement"``, ``"velocity"``, ``"acceleration"``, ``"stress"``) [s, components].
+
+        Components are those of the axes; of stress xx, yy, zz, xy, yz, zx (in the plane the first four, of a bar the first).
+        """
+        if "probes" not in self:
+            return {}
+        group = self["probes"]
+        return {name: {quantity: group[name][quantity] for quantity in group[name]} for name in group}
+
+    @property
     def excursions(self) -> np.recarray:
         """How far bodies that meet strayed: table with ``kind`` (``"sliding"`` of a pair over the length of its sides, ``"rotation"`` of a part),
         ``of`` (slave and master, or the part), ``largest`` of the stored states, ``t`` (when)."""

@@ -6,9 +6,8 @@ use std::path::Path;
 use serde_json::json;
 
 use signorini::contact::phase_modes;
-use signorini::mesh::slender::stiff_in_bending;
 use signorini::problem::{Problem, parts};
-use signorini::report::summary::significant;
+use signorini::report::summary::{mesh_warning, significant};
 use signorini::scenario::Scene;
 
 use super::{Answer, CliError, Global, load};
@@ -44,7 +43,7 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let modes = phase_modes(system, &system.open_phase(), FEW)
         .map_err(|e| CliError::Numerics(e.to_string()))?;
     let mut warnings = problem.notes.warnings.clone();
-    warnings.extend(stiff_in_bending(&system.body.mesh).map(|s| s.to_string()));
+    warnings.extend(mesh_warning(system));
     let gaps = system.gaps();
     let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
     let most = gaps.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use signorini::problem::Problem;
+use signorini::report::summary::mesh_warning;
 use signorini::scenario::{Issue, Scene};
 use signorini::store;
 
@@ -12,6 +13,7 @@ use super::{CliError, Global};
 pub fn warned(scene: &Scene, global: &Global) -> Result<Problem, CliError> {
     let problem = of_scene(scene)?;
     problem.notes.warnings.iter().for_each(|w| global.caller.warn(w));
+    mesh_warning(&problem.system).iter().for_each(|w| global.caller.warn(w));
     Ok(problem)
 }
 

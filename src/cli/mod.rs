@@ -33,6 +33,7 @@ mod run;
 mod schema;
 mod study;
 mod task;
+mod trust;
 mod validate;
 mod view;
 mod viscous;
@@ -91,6 +92,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Speed against error: integrators × tolerances on a scene, table and picture
     Precision(precision::Arguments),
+    /// How far the mesh may be trusted: the same scene on a finer one, and with the other discretisation of the contact
+    Trust(trust::Arguments),
     /// Contact methods, meshes and parameters side by side: errors, pressures, energies, times; orbits; viscous modes
     Compare(compare::Arguments),
     /// Many independent runs over parameters, meshes and methods: here in parallel, or as a job array of Slurm
@@ -140,6 +143,7 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Export(a) => export::run(a, global),
         Command::Inspect(a) => inspect::run(a, global),
         Command::Precision(a) => precision::run(a, global),
+        Command::Trust(a) => trust::run(a, global),
         Command::Compare(a) => task::run(a, global),
         Command::Study(a) => study::run(a, global),
         Command::Validate(a) => validate::run(a, global),

@@ -10,8 +10,7 @@ use serde_json::json;
 use signorini::contact::phase_modes;
 use signorini::contact::{States, System};
 use signorini::flow::{ComplexMode, complex_modes};
-use signorini::mesh::slender::stiff_in_bending;
-use signorini::report::summary::significant;
+use signorini::report::summary::{mesh_warning, significant};
 use signorini::scenario::{Issue, Scene};
 
 use super::{Answer, CliError, Global, load};
@@ -131,7 +130,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
                     rest["active"] = set.as_str().into();
                     rest
                 }),
-                "warning": stiff_in_bending(&system.body.mesh).map(|s| s.to_string())})
+                "warning": mesh_warning(system)})
         },
         || {
             let mut text = format!("{}\n  mode        open body: omega         period        closed body: omega         period\n", scene.title);
@@ -153,7 +152,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
                     let _ = writeln!(text, "  {:>4} {}", k + 1, entry(Some(w)));
                 }
             }
-            if let Some(stiff) = stiff_in_bending(&system.body.mesh) {
+            if let Some(stiff) = mesh_warning(system) {
                 let _ = writeln!(text, "  WARNING       {stiff}");
             }
             text

@@ -9,6 +9,7 @@ pub mod orbits;
 mod plan;
 pub mod reference;
 pub mod transient;
+pub mod trust;
 mod variant;
 
 use crate::records::{Compared, Comparison, Row};

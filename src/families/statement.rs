@@ -228,7 +228,7 @@ fn coarser(scene: &mut Scene, by: usize, base: &Propagator) -> Option<String> {
 }
 
 /// Mass redistribution in place of the nodal boundary method, or the other way round; where surfaces meet the inertia of one side, or of both.
-fn other_contact(scene: &mut Scene) -> Option<String> {
+pub(crate) fn other_contact(scene: &mut Scene) -> Option<String> {
     let matrices = scene.body.kind == BodyKind::Matrices;
     let contact = scene.contact.as_mut()?;
     if contact.has_pairs() {

@@ -13,7 +13,8 @@ use super::pairs;
 use crate::contact::{Contacts, Gaps};
 use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, Material, finer};
 use crate::matrices::read_matrix;
-use crate::mesh::{Mesh, Point, structured};
+use crate::mesh::point::{minus, norm};
+use crate::mesh::{Facet, Mesh, Point, bounds, structured};
 use crate::scenario;
 use crate::scenario::{BodyKind, Contact, Direction, Issue, MassKind, Obstacle, Scene, Support};
 
@@ -52,6 +53,7 @@ fn shape(scene: &Scene) -> Result<Form, ProblemError> {
         }
     };
     check_names(scene, &mesh)?;
+    let mesh = portions(scene, mesh)?;
     Ok(Form { mesh, tags })
 }
 
@@ -75,6 +77,63 @@ fn check_names(scene: &Scene, mesh: &Mesh) -> Result<(), ProblemError> {
         }
     };
     Err(scene.error(Issue::new(key, message, help)).into())
+}
+
+/// The mesh with the parts of groups that obstacles face, as groups of their own.
+fn portions(scene: &Scene, mesh: Mesh) -> Result<Mesh, ProblemError> {
+    let mut added: Vec<(String, Vec<Facet>)> = vec![];
+    for (k, o) in scene.contact.iter().flat_map(|c| c.obstacles.iter().enumerate()) {
+        let Some((group, portion)) = &o.portion else { continue };
+        let facets = mesh.group(group);
+        let middle = |f: &Facet| {
+            let nodes = mesh.side_nodes(*f);
+            let sum = nodes.iter().fold([0.0; 3], |sum: Point, &n| {
+                std::array::from_fn(|c| sum[c] + mesh.nodes()[n][c])
+            });
+            sum.map(|x| x / nodes.len() as f64)
+        };
+        let length = |f: &Facet| {
+            let nodes = mesh.side_nodes(*f);
+            let piece = |w: &[usize]| norm(&minus(&mesh.nodes()[w[1]], &mesh.nodes()[w[0]]));
+            nodes.windows(2).map(piece).sum::<f64>()
+        };
+        let whole: f64 = facets.iter().map(length).sum();
+        let mut behind = 0.0;
+        let mut chosen = vec![];
+        for facet in facets {
+            let own = length(facet);
+            if portion.has(middle(facet), (behind + 0.5 * own) / whole) {
+                chosen.push(*facet);
+            }
+            behind += own;
+        }
+        if chosen.is_empty() {
+            let key = scene.contact.as_ref().map_or(String::new(), |c| c.key(k, portion.key()));
+            let middles: Vec<Point> = facets.iter().map(middle).collect();
+            let [low, high] = bounds(&middles);
+            let range = |c: usize| format!("{} {} to {}", ["x", "y", "z"][c], low[c], high[c]);
+            let ranges: Vec<String> = (0..mesh.dim()).map(range).collect();
+            let message = format!(
+                "the middle of no side of \"{group}\" lies there: of its {} they reach over {}",
+                facets.len(),
+                ranges.join(", ")
+            );
+            let help = "give a larger part, or a finer mesh";
+            return Err(scene.error(Issue::new(key, message, help)).into());
+        }
+        if added.iter().any(|(name, _)| *name == o.group) {
+            let key = scene.contact.as_ref().map_or(String::new(), |c| c.key(k, portion.key()));
+            let issue = Issue::new(key, "is that of another obstacle", "give it once");
+            return Err(scene.error(issue).into());
+        }
+        added.push((o.group.clone(), chosen));
+    }
+    if added.is_empty() {
+        return Ok(mesh);
+    }
+    let own: Vec<(String, Vec<Facet>)> =
+        mesh.groups().map(|g| (g.to_owned(), mesh.group(g).to_vec())).collect();
+    Ok(mesh.with_groups(own.into_iter().chain(added)))
 }
 
 /// The mesh of one body where it stands, with the names of its nodes.

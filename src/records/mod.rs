@@ -13,6 +13,7 @@ mod kind;
 mod statement;
 mod status;
 mod study;
+mod trust;
 
 pub use branch::{Branch, Direction};
 pub use comparison::{Compared, Comparison, Orders, Quantity, Row, limit};
@@ -24,3 +25,4 @@ pub use statement::{Changed, ErrorStatement, Variation};
 pub(crate) use status::Status;
 pub use study::Points;
 pub(crate) use study::StudyTable;
+pub use trust::{Beside, Figure, Relief, Replaced, Trust};

@@ -14,3 +14,4 @@ pub mod precision;
 pub mod spectrum;
 pub mod study;
 pub mod summary;
+pub mod trust;

@@ -10,6 +10,7 @@ use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use super::counted::Counted;
 use super::meeting::{GapKey, Meeting, ProjectionKey, SidesKey};
 use super::number::{Check, finite, length, positive};
+use super::portion::Portion;
 use super::side::{EdgeKey, side};
 use super::{
     Activation, BodyKind, ContactMethod, Field, Inertia, Instants, Issue, METHOD_KEYS, MassKind,
@@ -76,6 +77,8 @@ pub struct Contact {
 pub struct Obstacle {
     /// The edge of a bar or plate, the group of a mesh; of a pair the slave; empty for kind `matrices`.
     pub group: String,
+    /// The sides of another group that it has; none: all of its own.
+    pub portion: Option<(String, Portion)>,
     /// The other surface of a pair; none: a rigid obstacle.
     pub meeting: Option<Meeting>,
     /// Distance along the contact direction.
@@ -122,6 +125,16 @@ pub(super) struct Table {
     edge: Option<EdgeKey>,
     /// The physical group of a mesh, by name, or `"#3"` by tag: of curves, in space of surfaces. One group may turn by 50° at a node; beyond a corner it is another group.
     group: Option<String>,
+    /// Only a part of the edge or group (in the plane): between two shares of its length, from the end of lower coordinates; of a mesh in the order of its sides. Sides whose middle lies
+    /// there face the obstacle.
+    #[schemars(extend("examples" = [[0.9, 1.0]]))]
+    from: Option<[f64; 2]>,
+    /// In its place: the part in a box along the axes.
+    #[schemars(extend("examples" = [[[0.9, 0.0], [1.0, 0.5]]]))]
+    r#box: Option<[Vec<f64>; 2]>,
+    /// In its place: the part where conditions hold.
+    #[schemars(extend("examples" = ["x > 0.9", "0.2 < y < 0.5 and x > 0"]))]
+    r#where: Option<String>,
     /// A pair of surfaces, in place of `edge` or `group`: the group whose nodes are contact nodes, the coarser one, or the one that the other covers.
     #[schemars(extend("examples" = ["block-foot"]))]
     slave: Option<String>,
@@ -278,6 +291,8 @@ impl Tables {
         }
         let obstacle = |(k, t): (usize, &Table)| {
             let (group, meeting) = self.faces(kind, k, t)?;
+            let portion = self.portion(k, t)?.map(|portion| (group.clone(), portion));
+            let group = portion.as_ref().map_or(group, |(group, portion)| portion.name(group));
             let gap = match &t.gap {
                 Some(GapKey::Given(field)) => Some(field.clone()),
                 Some(GapKey::Geometry) if meeting.is_none() => {
@@ -289,7 +304,7 @@ impl Tables {
             };
             let (plane, gap_behind) = (t.plane.clone(), t.gap_behind.clone());
             let (friction, surface) = (t.friction, t.surface.clone());
-            Ok(Obstacle { group, meeting, gap, plane, gap_behind, friction, surface })
+            Ok(Obstacle { group, portion, meeting, gap, plane, gap_behind, friction, surface })
         };
         Ok(Some(Contact {
             obstacles: self.all.iter().enumerate().map(obstacle).collect::<Result<_, Issue>>()?,
@@ -318,6 +333,41 @@ impl Tables {
             sides: self.one("sides", |t| &t.sides)?,
             motion,
         }))
+    }
+
+    /// The part of its edge or group that a table is about.
+    fn portion(&self, k: usize, t: &Table) -> Result<Option<Portion>, Issue> {
+        let given = [
+            ("from", t.from.map(Portion::From)),
+            ("box", t.r#box.clone().map(Portion::Box)),
+            (
+                "where",
+                match &t.r#where {
+                    None => None,
+                    Some(text) => Some(Portion::condition(text).map_err(|why| {
+                        let help = "where = \"x > 0.9\"";
+                        Issue::new(self.key(k, "where"), why, help)
+                    })?),
+                },
+            ),
+        ];
+        let mut found: Option<Portion> = None;
+        for (name, portion) in given {
+            let Some(portion) = portion else { continue };
+            let (message, help) = match (&found, t.slave.is_some()) {
+                (Some(other), _) => (format!("stands beside {}", other.key()), "give one of them"),
+                (None, true) => (
+                    "is for rigid obstacles; a slave meets what lies before it".to_owned(),
+                    "remove the key, or give the part a group of its own in the mesh",
+                ),
+                (None, false) => {
+                    found = Some(portion);
+                    continue;
+                }
+            };
+            return Err(Issue::new(self.key(k, name), message, help));
+        }
+        Ok(found)
     }
 
     /// The sides that a table is about, and the surface that they meet in a pair.
@@ -628,6 +678,9 @@ impl Scene {
     fn check_obstacle(&self, o: &Obstacle, key: impl Fn(&str) -> String) -> Check {
         let issue =
             |name: &str, message: &str, help: &str| Err(Issue::new(key(name), message, help));
+        if let Some((_, portion)) = &o.portion {
+            portion.check(self, &key)?;
+        }
         match (&o.gap, &o.plane) {
             (None, None) if o.meeting.is_some() => Ok(()),
             (None, None) => issue("gap", "is missing", "gap = 1.0, or an expression of x and y"),
@@ -669,6 +722,9 @@ impl Scene {
         }
         if c.obstacles.iter().any(|o| o.plane.is_some()) {
             return issue("plane", "needs a body of elements", "give gap, or gaps");
+        }
+        if let Some((_, portion)) = c.obstacles.first().and_then(|o| o.portion.as_ref()) {
+            portion.check(self, &|name| c.key(0, name))?;
         }
         if c.displacements.as_ref().is_none_or(Vec::is_empty) {
             return issue(

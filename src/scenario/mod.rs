@@ -25,6 +25,7 @@ mod number;
 mod orbit;
 mod pair;
 mod parts;
+mod portion;
 mod probe;
 mod reduction;
 mod run;

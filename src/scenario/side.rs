@@ -96,7 +96,8 @@ impl Scene {
             let obstacles = c.obstacles.iter().enumerate();
             named.extend(obstacles.flat_map(|(k, o)| {
                 let master = o.meeting.as_ref().map(|m| (c.key(k, "master"), m.master.as_str()));
-                std::iter::once((c.side_key(k, "group"), o.group.as_str())).chain(master)
+                let group = o.portion.as_ref().map_or(&o.group, |(group, _)| group);
+                std::iter::once((c.side_key(k, "group"), group.as_str())).chain(master)
             }));
         }
         let loads = self.loads.iter().enumerate().filter(|(_, l)| !l.group().is_empty());

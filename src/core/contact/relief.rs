@@ -39,12 +39,13 @@ pub fn relief(system: &System) -> Result<Vec<(f64, f64)>, ContactError> {
     let dim = body.mesh.dim();
     let phase = system.open_phase();
     let highest = modes.omega.last().copied().unwrap_or(0.0);
+    let mut u = vec![0.0; system.n()];
     let mut all = vec![];
     for (omega, shape) in modes.omega.iter().zip(&modes.shapes) {
         if *omega <= RIGID * highest {
             continue;
         }
-        let u = phase.full(0.0, shape);
+        phase.expand(shape, &mut u);
         let field = body.dofs.scatter(&u);
         let mut sum = [0.0; 2];
         for e in body.mesh.elements() {

@@ -86,8 +86,8 @@ pub(super) fn portraits<'s>(stored: &'s Stored, _: &Options) -> Result<Sheet<'s>
     for x in of(Quantity::Displacement) {
         let Some(v) = of(Quantity::Velocity).find(|v| v.name == x.name) else { continue };
         let curve = |c: usize| {
-            let points = x.values.column(c).iter().copied().zip(v.values.column(c).iter().copied());
-            (called(x, c), points.collect::<Vec<Point>>())
+            let (x_c, v_c) = (x.values.column(c).to_vec(), v.values.column(c).to_vec());
+            (called(x, c), x_c.into_iter().zip(v_c).collect::<Vec<Point>>())
         };
         let curves: Vec<_> = x.components_that_act().into_iter().map(curve).collect();
         let points = || curves.iter().flat_map(|c| &c.1);

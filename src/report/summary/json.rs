@@ -2,10 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::{energy_warning, mass_ratio, warnings};
+use super::{energy_warning, mass_ratio, mesh_warning, warnings};
 use crate::contact::System;
 use crate::event::Report;
-use crate::mesh::slender::stiff_in_bending;
 use crate::problem::Notes;
 use crate::scenario::Scene;
 
@@ -60,7 +59,7 @@ pub(crate) fn run_json(
         "energy_end": report.energy_end,
         "energy_jumps": report.energy_jumps,
         "warning": energy_warning(system, report),
-        "mesh_warning": stiff_in_bending(&system.body.mesh).map(|s| s.to_string()),
+        "mesh_warning": mesh_warning(system),
         "energy_external": report.energy_external,
         "energy_dissipated": report.energy_dissipated,
         "energy_drift": report.energy_drift,

@@ -4,9 +4,11 @@ mod json;
 mod promises;
 mod text;
 
-use crate::contact::{OMITTED_INERTIA, System};
+use crate::contact::{OMITTED_INERTIA, System, relief};
 use crate::event::Report;
+use crate::mesh::slender::stiff_in_bending;
 use crate::problem::Notes;
+use crate::records::Relief;
 use crate::scenario::Scene;
 use crate::store::ExcursionRecord;
 
@@ -56,6 +58,26 @@ fn energy_warning(system: &System, report: &Report) -> Option<String> {
         )
     })
 }
+
+/// Elements that are too stiff for the body, with what is known of the error.
+pub fn mesh_warning(system: &System) -> Option<String> {
+    let mesh = &system.body.mesh;
+    if let Some(stiff) = stiff_in_bending(mesh) {
+        return Some(stiff.to_string());
+    }
+    let modes = relief(system).unwrap_or_default();
+    let of = |(k, (omega, share)): (usize, (f64, f64))| (k + 1, Relief { omega, share }.excess());
+    let all = modes.into_iter().enumerate().map(of);
+    let (mode, excess) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|w| w.1 > TOO_STIFF)?;
+    let kind = mesh.elements().next()?.kind.name();
+    let excess = significant(100.0 * excess, 2);
+    Some(format!(
+        "these {kind} are too stiff: mode {mode} by about {excess} % in frequency (what incompatible modes take off its stiffness); take elements of second order, or a finer mesh. \"signorini trust\" tells what else moves"
+    ))
+}
+
+/// Error of a frequency that is warned about.
+const TOO_STIFF: f64 = 0.02;
 
 /// What of the scene has no effect, or another one than its words.
 fn warnings(scene: &Scene, notes: &Notes, report: &Report) -> Vec<String> {

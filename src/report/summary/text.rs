@@ -12,7 +12,6 @@ use crate::contact::{March, Rayleigh, System};
 use crate::event::{Report, SwitchKind};
 use crate::fem::{Facing, Interface};
 use crate::mesh::ElementKind;
-use crate::mesh::slender::stiff_in_bending;
 use crate::problem::Notes;
 use crate::scenario::{BodyKind, Scene, State};
 
@@ -26,8 +25,8 @@ pub(crate) fn run_text(
     let given = scene.body.kind == BodyKind::Matrices;
     let mut out = Lines::default();
     body(&mut out, scene, system, given);
-    if let Some(stiff) = stiff_in_bending(&system.body.mesh) {
-        out.line("WARNING", stiff.to_string());
+    if let Some(stiff) = said["mesh_warning"].as_str() {
+        out.line("WARNING", stiff.to_owned());
     }
     damping(&mut out, system);
     places(&mut out, notes);

@@ -1,0 +1,101 @@
+//! Contact on a part of an edge: `from`, `box`, `where`.
+
+use std::path::Path;
+
+use crate::common::{json, run};
+use serde_json::Value;
+
+fn scene(folder: &Path, contact: &str) -> String {
+    let text = format!(
+        "[body]\nkind = 'plate'\nsize = [1.0, 0.6]\nelements = [5, 6]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = 'left'\nfix = ['x', 'y']\n{contact}\n[initial]\nvelocity = ['0.1*x', '0.02*x']\n[run]\nuntil = 6.0\nsamples = 20\n"
+    );
+    let path = folder.join("s.toml");
+    std::fs::write(&path, text).unwrap();
+    path.display().to_string()
+}
+
+fn solved(folder: &Path, contact: &str) -> Value {
+    let out = folder.join("s.h5").display().to_string();
+    json(&["run", &scene(folder, contact), "-o", &out, "--force"])
+}
+
+fn places(said: &Value) -> Vec<f64> {
+    said["final"]["u"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+/// The three keys choose the same sides, which move as under springs that the rest of the edge cannot reach.
+#[test]
+fn the_keys_choose_the_same_sides() {
+    let folder = tempfile::tempdir().unwrap();
+    let all: Vec<Value> = [
+        "from = [0.5, 1.0]",
+        "box = [[0.9, 0.3], [1.1, 0.7]]",
+        "where = 'y > 0.3'",
+        "where = '0.3 < y < 1 and x > 0.5'",
+    ]
+    .iter()
+    .map(|key| {
+        solved(
+            folder.path(),
+            &format!("[contact]\nedge = 'right'\n{key}\ngap = 0.01\nmethod = 'penalty'\n"),
+        )
+    })
+    .collect();
+    // an independent way to leave the lower half alone
+    let far = "[contact]\nedge = 'right'\ngap = '0.01 + 1e3*(1 - signum(y - 0.2999))'\nmethod = 'penalty'\n";
+    let whole = solved(folder.path(), far);
+    for said in &all {
+        assert_eq!(
+            said["switches"].as_array().unwrap().len(),
+            all[0]["switches"].as_array().unwrap().len()
+        );
+        assert_eq!(places(said), places(&all[0]));
+        assert!(!said["switches"].as_array().unwrap().is_empty());
+        assert!(said["n_contact"].as_u64() < whole["n_contact"].as_u64());
+    }
+    let (a, b) = (places(&all[0]), places(&whole));
+    let size = b.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * size), "{a:?} {b:?}");
+}
+
+/// Two parts of an edge with gaps and names of their own; nodes count once.
+#[test]
+fn an_edge_has_several_obstacles() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = |key: &str, gap: f64| {
+        format!("[[contact]]\nedge = 'right'\n{key}\ngap = {gap}\nmethod = 'mass-redistribution'\n")
+    };
+    let said = solved(
+        folder.path(),
+        &(part("from = [0.0, 0.34]", 0.01) + &part("where = 'y > 0.4'", 0.02)),
+    );
+    assert_eq!(said["n_contact"], 3 + 3);
+    let names: Vec<&str> =
+        said["forces"].as_array().unwrap().iter().map(|f| f["group"].as_str().unwrap()).collect();
+    assert!(
+        names.contains(&"right from 0 to 0.34") && names.contains(&"right where y > 0.4"),
+        "{names:?}"
+    );
+}
+
+#[test]
+fn parts_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (key, at, words) in [
+        ("from = [0.9, 0.1]", "contact.from", "no range"),
+        ("from = [0.0, 0.01]", "contact.from", "of its 6"),
+        ("box = [[0.0, 0.0], [0.5, 0.6]]", "contact.box", "the middle of no side"),
+        ("box = [[0.5, 0.6], [0.0, 0.0]]", "contact.box", "is empty"),
+        ("box = [[0.5], [1.0]]", "contact.box", "needs 2 numbers"),
+        ("where = 'y'", "contact.where", "cannot read the condition"),
+        ("where = 'z > 0'", "contact.where", "condition on z"),
+        ("from = [0.0, 0.5]\nwhere = 'y > 0'", "contact.where", "stands beside from"),
+    ] {
+        let scene = scene(folder.path(), &format!("[contact]\nedge = 'right'\ngap = 0.1\n{key}\n"));
+        let output = run(&["inspect", &scene]);
+        let said = String::from_utf8_lossy(&output.stderr).replace('\n', " ");
+        assert_eq!(output.status.code(), Some(2), "{key}: {said}");
+        assert!(said.contains(at) && said.contains(words), "{key}: {said}");
+    }
+}
