@@ -1,9 +1,10 @@
-//! Matrices from files: Matrix Market (`.mtx`), or a dense HDF5 dataset (`FILE.h5:/path`, also of MATLAB v7.3 files).
+//! Matrices from files: those of [`crate::fem::formats`], or a dense HDF5 dataset (`FILE.h5:/path`, also of MATLAB v7.3 files).
 
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use crate::fem::{Csr, parse_matrix_market};
+use crate::fem::Csr;
+use crate::fem::formats::{self, Written};
 use crate::scenario::FileName;
 
 /// Read a matrix; the message says what is wrong with the file.
@@ -11,13 +12,22 @@ pub(crate) fn read_matrix(folder: &Path, name: &str) -> Result<Csr, String> {
     let FileName { file, dataset } = FileName::parse(name);
     match dataset {
         Some(dataset) => read_hdf5(&folder.join(file), dataset),
-        None => {
-            let path = folder.join(file);
-            let text =
-                std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-            parse_matrix_market(&text).map_err(|e| format!("{}: {e}", path.display()))
-        }
+        None => read_written(folder, name).map(|written| written.matrix),
     }
+}
+
+/// Read a matrix that some program wrote, with what else its file says.
+pub(crate) fn read_written(folder: &Path, name: &str) -> Result<Written, String> {
+    let FileName { file, dataset } = FileName::parse(name);
+    if dataset.is_some() {
+        let matrix = read_matrix(folder, name)?;
+        let entries = matrix.n_entries();
+        let (one_triangle, names, held) = (false, vec![], vec![]);
+        return Ok(Written { format: "HDF5", matrix, entries, one_triangle, names, held });
+    }
+    let path = folder.join(file);
+    let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    formats::read_matrix(&bytes).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// Read a dense dataset. MATLAB writes its matrices column by column, which HDF5 shows transposed, and says so by an attribute.

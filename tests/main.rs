@@ -26,6 +26,7 @@ mod export;
 mod family_pictures;
 mod file_format;
 mod fingerprint;
+mod formats;
 #[cfg(unix)]
 mod friction;
 mod fuzz;

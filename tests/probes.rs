@@ -163,7 +163,7 @@ fn probes_that_lie_nowhere_are_refused() {
     for (probe, key, words) in [
         ("name = 'a'\nat = [1.1, 0.1]", "probe[0].at", "lies in no element"),
         ("name = 'a'\nat = [1.0]", "probe[0].at", "needs 2 numbers"),
-        ("name = 'a'\nnode = 21", "probe[0].node", "count from 0 to 20"),
+        ("name = 'a'\nnode = 21", "probe[0].node", "the nodes count"),
         ("name = 'a b'\nnode = 2", "probe[0].name", "no name"),
         ("name = 'a'", "probe[0]", "does not say where"),
         ("name = 'a'\nnode = 2\nedge = 'left'", "probe[0]", "says twice"),

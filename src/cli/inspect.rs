@@ -17,15 +17,15 @@ use signorini::store::{
     read_comparison, read_crosscheck, read_origin, read_raw, read_stored_orbit,
 };
 
-use super::{Answer, CliError, Global, inspect_mesh, inspect_scene};
+use super::{Answer, CliError, Global, inspect_matrix, inspect_mesh, inspect_scene};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5\n  signorini inspect checked.h5 --datasets\n  signorini inspect bracket.msh\n  signorini inspect scenarios/bracket.toml   # mass, gaps, first frequencies"
+    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5\n  signorini inspect checked.h5 --datasets\n  signorini inspect bracket.msh\n  signorini inspect block.sti               # a matrix of CalculiX, Abaqus, Ansys or SciPy\n  signorini inspect scenarios/bracket.toml   # mass, gaps, first frequencies"
 )]
 pub struct Arguments {
-    /// A file written by this program, a scene (its mass, gaps and first frequencies), or a mesh of Gmsh
+    /// A file written by this program, a scene (its mass, gaps and first frequencies), a mesh of Gmsh, or a matrix of another program
     file: PathBuf,
     /// Print the scene that made it, and nothing else
     #[arg(long)]
@@ -99,6 +99,9 @@ fn datasets(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> 
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if inspect_mesh::is_mesh(&arguments.file) {
         return inspect_mesh::run(&arguments.file, global);
+    }
+    if inspect_matrix::is_matrix(&arguments.file) {
+        return inspect_matrix::run(&arguments.file, global);
     }
     if inspect_scene::is_scene(&arguments.file) {
         return inspect_scene::run(&arguments.file, global);

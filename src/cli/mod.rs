@@ -15,6 +15,7 @@ mod error;
 mod export;
 mod family;
 mod inspect;
+mod inspect_matrix;
 mod inspect_mesh;
 mod inspect_scene;
 mod interrupt;

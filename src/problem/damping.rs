@@ -1,7 +1,7 @@
 //! Damping from coefficients, from damping ratios, or from a matrix: `C = αM + βK`, or ratios of all modes.
 
 use super::ProblemError;
-use super::given::read;
+use super::given::square;
 use super::modes::OpenModes;
 use crate::contact::{Dampers, Rayleigh, System};
 use crate::fem::Csr;
@@ -102,7 +102,7 @@ pub(super) fn rayleigh_of(
         let help = "give a C that is α M + β K, or [damping] in its place";
         scene.error(Issue::new("body.damping_matrix", message, help)).into()
     };
-    let c = read(scene, "body.damping_matrix", Some(name))?;
+    let c = square(scene, "body.damping_matrix", Some(name))?;
     // tips of springs have no damping of their own
     let n = system.n_displacements();
     if (c.n_rows(), c.n_cols()) != (n, n) {

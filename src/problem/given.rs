@@ -1,5 +1,6 @@
 //! Bodies whose matrices come from files.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use nalgebra::DMatrix;
@@ -9,8 +10,9 @@ use super::elements;
 use super::gaps::check_way;
 use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
+use crate::fem::formats::DofName;
 use crate::fem::{Body, ContactRows, Csr, FemError, with_elements};
-use crate::matrices::read_matrix;
+use crate::matrices::{read_matrix, read_written};
 use crate::scenario::{Contact, Counted, Issue, Obstacle, Scene, SidesKey, StressKey};
 
 /// Files are named relative to the scene.
@@ -162,6 +164,73 @@ pub(super) fn read(scene: &Scene, key: &str, name: Option<&String>) -> Result<Cs
     read_matrix(folder(scene), name).map_err(|e| fault(scene, key, e, help))
 }
 
+/// A square matrix of the scene over the rows of its stiffness: where its file names its rows it may have fewer, in another order. Rows that the scene turns are turned.
+pub(super) fn square(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, ProblemError> {
+    let file = name.map_or("", String::as_str);
+    if scene.rows.names.is_empty() || scene.attached.get(file).is_some() {
+        return read(scene, key, name);
+    }
+    let names = &scene.rows.names;
+    let help = "give a matrix of the same body";
+    let written = read_written(folder(scene), file).map_err(|e| fault(scene, key, e, help))?;
+    let n = names.len();
+    let matrix = match written.names.is_empty() {
+        true if written.matrix.n_rows() == n => written.matrix,
+        true => {
+            let rows = written.matrix.n_rows();
+            let why = match rows == 2 * n {
+                true => ": cyclic symmetry of CalculiX is stored as a real pair, which is not read",
+                false => "",
+            };
+            let message = format!("{file} has {rows} rows, and there are {n} names{why}");
+            return Err(fault(scene, key, message, "give the names of these matrices"));
+        }
+        false => {
+            let place: HashMap<&DofName, usize> =
+                names.iter().enumerate().map(|(k, name)| (name, k)).collect();
+            let strange = written.names.iter().find(|name| !place.contains_key(name));
+            if let Some(name) = strange {
+                let message = format!("{file} has a row {name}, which the stiffness has not");
+                return Err(fault(scene, key, message, help));
+            }
+            let at = |k: usize| place[&written.names[k]];
+            let entries = written.matrix.triplets().map(|(i, j, v)| (at(i), at(j), v)).collect();
+            Csr::from_triplets(n, n, entries)
+        }
+    };
+    if scene.rows.flipped.is_empty() {
+        return Ok(matrix);
+    }
+    let sign = |i: usize| if scene.rows.flipped.contains(&i) { -1.0 } else { 1.0 };
+    let turned = matrix.triplets().map(|(i, j, v)| (i, j, sign(i) * sign(j) * v)).collect();
+    Ok(Csr::from_triplets(n, n, turned))
+}
+
+/// Rows without mass follow statically where the contact takes nodal reactions.
+fn check_followers(scene: &Scene, count: usize, n: usize) -> Result<(), ProblemError> {
+    let Some(contact) = &scene.contact else { return Ok(()) };
+    let what = format!("{count} of {n} rows have no mass, and follow the others statically");
+    if contact.has_springs() {
+        let help = "give method = \"mass-redistribution\", or stress = \"reaction\"";
+        return Err(fault(
+            scene,
+            &contact.key(0, "method"),
+            format!("{what}: not beside springs"),
+            help,
+        ));
+    }
+    if !contact.is_reaction() {
+        let help = "give stress = \"reaction\", or method = \"mass-redistribution\"";
+        return Err(fault(
+            scene,
+            &contact.key(0, "stress"),
+            format!("{what}: beside nodal reactions alone"),
+            help,
+        ));
+    }
+    Ok(())
+}
+
 /// A body and its boundary operator from files.
 pub(super) fn given_body(
     scene: &Scene,
@@ -181,13 +250,25 @@ pub(super) fn given_matrices(
     constrained: bool,
 ) -> Result<(Body, ContactRows, Vec<f64>), ProblemError> {
     let b = &scene.body;
-    let mass = read(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
-    let stiffness = read(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
+    if let Some(issue) = &scene.rows.missing {
+        return Err(scene.error(issue.clone()).into());
+    }
+    let mass = square(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
+    let stiffness = square(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
     let n = mass.n_rows();
-    let (rows, gap) = contact_rows(scene, n)?;
+    let (mut rows, gap) = contact_rows(scene, n)?;
+    // what has no mass follows statically, as the contact does
+    let own: Vec<usize> = rows.all().collect();
+    let has_mass = |i: &usize| mass.row(*i).any(|e| e.1 != 0.0);
+    let without: Vec<usize> = (0..n).filter(|i| !has_mass(i) && !own.contains(i)).collect();
+    if constrained && !without.is_empty() {
+        check_followers(scene, without.len(), n)?;
+        rows.against.resize(rows.facing.len(), vec![]);
+        rows.idle.extend(&without);
+    }
     let of_contact = if constrained { rows.clone() } else { ContactRows::default() };
     // contact displacements that follow the others need no mass
-    let massless = of_contact.all().filter(|&i| mass.row(i).next().is_none()).count();
+    let massless = of_contact.all().filter(|i| !has_mass(i)).count();
     check_symmetric(scene, "body.mass_matrix", (&mass, massless), n, mass.n_cols())?;
     check_symmetric(scene, "body.stiffness_matrix", (&stiffness, 0), n, mass.n_cols())?;
     let discrete = elements::of_matrices(scene, n)?;

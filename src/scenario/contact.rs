@@ -159,8 +159,9 @@ pub(super) struct Table {
     gap_behind: Option<Field>,
     /// Bodies from matrices: gaps, one number a contact displacement, in place of `gap`.
     gaps: Option<Vec<f64>>,
-    /// Bodies from matrices: the contact displacements, as rows of the matrices counted from 0, positive towards the obstacle.
-    #[schemars(extend("examples" = [[66, 67, 68, 69]]))]
+    /// Bodies from matrices: the contact displacements, as rows of the matrices counted from 0, positive towards the obstacle; or by their names, node and direction as their program
+    /// writes them. A name with a minus points away from the obstacle: that displacement counts the other way everywhere, in files, loads and probes too.
+    #[schemars(with = "Option<Vec<super::names::Row>>", extend("examples" = [[66, 67, 68, 69], ["109.1", "-101.1"]]))]
     displacements: Option<Vec<usize>>,
     /// Bodies from matrices that meet: what each contact displacement is counted against, `u_C = u - sum P_j u_j`: a row (P = 1), or a list of `[row, P]`; negative weights where the
     /// other body's displacement points the other way.
@@ -175,7 +176,7 @@ pub(super) struct Table {
     #[schemars(extend("examples" = [[0.0, 0.05]]))]
     surface: Option<Vec<f64>>,
     /// Bodies from matrices with `friction`: the displacements along the obstacle, as rows of the matrices, one a contact displacement.
-    #[schemars(extend("examples" = [[1, 3]]))]
+    #[schemars(with = "Option<Vec<super::names::Row>>", extend("examples" = [[1, 3]]))]
     tangents: Option<Vec<usize>>,
     /// Bodies from matrices with `friction` and `against`: what each displacement of `tangents` is counted against, likewise.
     #[schemars(extend("examples" = [[11, 13]]))]

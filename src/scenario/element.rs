@@ -71,6 +71,7 @@ macro_rules! table {
             #[schemars(extend("examples" = [[1.0, 0.25]]))]
             at: Option<Vec<f64>>,
             /// Bodies from matrices: the row, counted from 0.
+            #[schemars(with = "Option<super::names::Row>")]
             row: Option<usize>,
             /// One at every node of the edge or group: values are per area.
             #[serde(default)]
@@ -80,6 +81,7 @@ macro_rules! table {
             /// The second end: a place.
             to_at: Option<Vec<f64>>,
             /// The second end: a row of the matrices.
+            #[schemars(with = "Option<super::names::Row>")]
             to_row: Option<usize>,
             /// Direction, of any length; bars and matrices need none.
             #[schemars(extend("examples" = [[0.0, 1.0]]))]

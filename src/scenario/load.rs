@@ -23,6 +23,7 @@ pub struct Load {
     #[schemars(extend("examples" = [[1.0, 0.25]]))]
     pub at: Option<Vec<f64>>,
     /// Kind `force`: the row of the matrices, counted from 0; absent: the amplitude has one number a row.
+    #[schemars(with = "Option<super::names::Row>")]
     pub displacement: Option<usize>,
     /// A number for `mode` and for bars, a vector for the other kinds in the plane and in space.
     #[schemars(extend("examples" = [0.1, [0.0, -9.81]]))]

@@ -21,6 +21,7 @@ mod material;
 mod matrices;
 mod meeting;
 mod method;
+mod names;
 mod number;
 mod orbit;
 mod pair;
@@ -65,6 +66,7 @@ pub(crate) use method::{
     Activation, Instants, METHOD_KEYS, RedistributedMass, StressKey, TangentKey,
 };
 pub use method::{ContactMethod, Inertia};
+pub use names::RowNames;
 pub(crate) use orbit::Beta;
 pub use orbit::{Auto, Orbit};
 pub use probe::Probe;
@@ -143,6 +145,9 @@ pub struct Scene {
     /// Matrices in place of files.
     #[serde(skip)]
     pub attached: Attached,
+    /// What the rows of given matrices are called.
+    #[serde(skip)]
+    pub rows: RowNames,
     /// Its meshes in place of those that it names.
     #[serde(skip)]
     pub finer: crate::fem::Finer,
@@ -173,8 +178,11 @@ impl Scene {
     /// Check the text of a scene; `path` is for messages and for files that the scene names.
     pub fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
         let file = path.display().to_string();
+        let (numbered, rows) =
+            names::in_numbers(text, path).map_err(|issue| error::locate(issue, &file, text))?;
         let mut scene: Scene =
-            toml::from_str(text).map_err(|e| error::from_toml(&e, &file, text))?;
+            toml::from_str(&numbered).map_err(|e| error::from_toml(&e, &file, text))?;
+        scene.rows = rows;
         scene.source = Source { file: path.to_owned(), text: text.to_owned() };
         let bodies = std::mem::take(&mut scene.bodies).merge();
         (scene.body, scene.parts) = bodies.map_err(|issue| scene.error(issue))?;

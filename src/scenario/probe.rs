@@ -23,6 +23,7 @@ pub struct Probe {
     /// The physical group of a mesh, likewise.
     group: Option<String>,
     /// In their place a node, by its number in files (from 0); of a body from matrices a row.
+    #[schemars(with = "Option<super::names::Row>")]
     pub node: Option<usize>,
     /// What is watched. Stress is that of the element at a place, the mean of the elements at a node, the mean over a group.
     #[serde(default = "motion")]

@@ -38,6 +38,7 @@ static ONCE: &[About] = &[
     About::new("mesh/contact_dofs", "column", CONTACT, "column of trajectory/u along the normal, up to its sign; -1: along no axis"),
     About::new("mesh/contact_area", "area", CONTACT, "area of each contact point: force = pressure x area"),
     About::new("mesh/gap", "length along the contact normal", CONTACT, "distance to the obstacle along the normal, undeformed"),
+    About::new("mesh/row_names", "words", &["row"], "of a body of matrices whose program names its rows: node and direction of each"),
     About::new("bodies/name", "words", &["body"], "name of each body, or of each group of cells with a material of its own"),
     About::new("bodies/of_node", "body", &["node"], "body that each node belongs to, from 0"),
     About::new("contact/against/indptr", "entry", &["contact point"], "first entry of each contact point in indices and data (one more at the end): its displacement is n.(u - sum of data u[indices]), the second term where two surfaces meet"),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::bodies::{write_bodies, write_contact};
+use super::bodies::{words, write_bodies, write_contact};
 use super::mesh::write_mesh;
 use super::output::Outputs;
 use super::{StoreError, write_text};
@@ -32,6 +32,11 @@ pub(super) fn create_file(
         .map_err(|e| StoreError::write(path, std::io::Error::other(e.to_string())))?;
     write_origin(&file, scene, &options.command)?;
     write_mesh(&file, system)?;
+    if !scene.rows.names.is_empty() {
+        let names: Vec<String> = scene.rows.names.iter().map(ToString::to_string).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        words(&file.group("mesh")?, "row_names", &names)?;
+    }
     write_bodies(&file, scene, system)?;
     write_contact(&file, system)?;
     Ok(file)

@@ -57,6 +57,8 @@ pub struct Stored {
     against: Vec<Vec<(usize, f64)>>,
     /// Which obstacle each contact point belongs to.
     pub contact_groups: Vec<usize>,
+    /// Names of the rows of a body of matrices, where its program gave them.
+    row_names: Vec<String>,
     /// The groups before the obstacles; files of earlier versions do not name them.
     groups: Vec<String>,
     /// Material of each element.
@@ -249,6 +251,13 @@ impl Stored {
             against: read_against(path, file, n_c)?,
             contact_normals: normals,
             contact_groups: groups,
+            row_names: match mesh.dataset("row_names") {
+                Ok(names) => {
+                    let names = names.values::<VarLenUnicode>()?;
+                    names.iter().map(|w| w.as_str().to_owned()).collect()
+                }
+                Err(_) => vec![],
+            },
             groups: names.unwrap_or_default().lines().map(str::to_owned).collect(),
             regions,
             t: vec![],
@@ -482,6 +491,7 @@ impl Stored {
         let several = (0..self.gap.len()).filter(same).any(|j| self.contact_groups[j] != group);
         let is_behind = (0..i).filter(same).any(|j| self.contact_groups[j] == group);
         let node = self.contact_nodes[i];
+        let node = self.row_names.get(node).cloned().unwrap_or_else(|| node.to_string());
         let before = match (several, self.groups.get(group).filter(|name| !name.is_empty())) {
             (false, _) => String::new(),
             (true, Some(name)) => format!("{name}:"),

@@ -9,6 +9,7 @@ pub(crate) mod dynamic;
 pub mod eigen;
 pub(crate) mod element;
 mod finer;
+pub mod formats;
 pub(crate) mod frame;
 #[doc(hidden)]
 pub mod interpolate;

@@ -1,0 +1,96 @@
+//! `signorini inspect block.sti`: what a matrix of another program holds.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::json;
+
+use signorini::fem::formats::{DofName, Written, parse_dof_names, parse_mapping, read_matrix};
+use signorini::report::summary::significant;
+
+use super::{Answer, CliError, Global};
+
+/// Endings under which programs write matrices.
+const ENDINGS: [&str; 7] = ["sti", "mas", "mtx", "matrix", "hb", "rsa", "npz"];
+
+/// Whether a file is one, by its name.
+pub(crate) fn is_matrix(path: &Path) -> bool {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    ending.is_some_and(|e| ENDINGS.contains(&e.as_str()))
+}
+
+/// Names of its rows: its own, or those of a file beside it.
+fn names(path: &Path, written: &Written) -> Result<Vec<DofName>, CliError> {
+    if !written.names.is_empty() {
+        return Ok(written.names.clone());
+    }
+    type Parse = fn(&str) -> Result<Vec<DofName>, String>;
+    for (ending, parse) in [("dof", parse_dof_names as Parse), ("mapping", parse_mapping)] {
+        let beside = path.with_extension(ending);
+        if let Ok(text) = std::fs::read_to_string(&beside) {
+            let input = |why: String| CliError::Input(format!("{}: {why}", beside.display()));
+            return parse(&text).map_err(input);
+        }
+    }
+    Ok(vec![])
+}
+
+/// Say what it holds.
+pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
+    let input = |why: String| CliError::Input(format!("{}: {why}", path.display()));
+    let bytes = std::fs::read(path).map_err(|e| input(e.to_string()))?;
+    let written = read_matrix(&bytes).map_err(input)?;
+    let names = names(path, &written)?;
+    let a = &written.matrix;
+    let n = a.n_rows();
+    if !names.is_empty() && names.len() != n {
+        return Err(input(format!("{n} rows and {} names", names.len())));
+    }
+    // of a mass matrix: the mass that moves in each direction
+    let along = |d: u8| -> f64 {
+        let is_so: Vec<bool> = names.iter().map(|name| name.direction == d).collect();
+        a.triplets().filter(|e| is_so[e.0] && is_so[e.1]).map(|e| e.2).sum()
+    };
+    let directions: Vec<u8> = (0..=6).filter(|d| names.iter().any(|n| n.direction == *d)).collect();
+    let sums: Vec<f64> = directions.iter().map(|d| along(*d)).collect();
+    let empty = (0..n).filter(|&i| a.row(i).all(|e| e.1 == 0.0)).count();
+    let trace: f64 = a.triplets().filter(|e| e.0 == e.1).map(|e| e.2).sum();
+    let words = |all: &[DofName]| all.iter().map(DofName::to_string).collect::<Vec<_>>();
+    Ok(global.answer(
+        || {
+            json!({
+                "format": written.format, "rows": n, "entries": written.entries, "one_triangle": written.one_triangle,
+                "empty_rows": empty, "trace": trace, "names": words(&names), "held": words(&written.held),
+                "directions": directions, "sums": sums,
+            })
+        },
+        || {
+            let mut out = String::new();
+            let mut line = |label: &str, text: String| {
+                let _ = writeln!(out, "  {label:<12}{text}");
+            };
+            line("format", written.format.into());
+            let triangle = if written.one_triangle { ", one triangle, which is mirrored" } else { "" };
+            line("rows", format!("{n}, {} entries{triangle}", written.entries));
+            line("trace", significant(trace, 10));
+            if empty > 0 {
+                line("", format!("{empty} rows are empty: of a mass, motions that follow statically"));
+            }
+            match (names.first(), names.last()) {
+                (Some(first), Some(last)) => {
+                    line("names", format!("{first} to {last}, for displacements = [\"{first}\"]"));
+                    for (d, sum) in directions.iter().zip(&sums) {
+                        let text = format!("direction {d}: {} (of a mass matrix: the mass that moves)", significant(*sum, 7));
+                        line("sum", text);
+                    }
+                }
+                _ => line("names", "none: rows count from 0".into()),
+            }
+            if !written.held.is_empty() {
+                line("held", format!("{}: no rows", words(&written.held).join(", ")));
+            }
+            line("next", "[body] kind = \"matrices\", stiffness_matrix = \"…\", mass_matrix = \"…\"".into());
+            out
+        },
+    ))
+}

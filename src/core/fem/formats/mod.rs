@@ -1,0 +1,195 @@
+//! Matrices of other programs. Which program wrote a file is found out by its content, not by its ending.
+//!
+//! | sign | format |
+//! | --- | --- |
+//! | `%%MatrixMarket` | Matrix Market |
+//! | three numbers a line, `1 2 -8.4e4` | CalculiX's `.sti` and `.mas`, Abaqus's `COORDINATE` |
+//! | five, with commas, `101,2, 101,1, 3.5e1` | Abaqus's `MATRIX INPUT` |
+//! | `RSA` in the third line | Harwell–Boeing, as Ansys's `HBMAT` writes it |
+//! | `PK` | SciPy's `.npz` |
+
+mod harwell_boeing;
+mod npz;
+mod numbers;
+mod triplets;
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use super::matrix_market::parse_matrix_market;
+use super::sparse::Csr;
+
+pub(crate) use numbers::real;
+
+/// A displacement as the program that made a matrix calls it: node and direction, `109.3`; 1 2 3 along x y z, 4 5 6 rotations, 0 a scalar.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct DofName {
+    /// The node.
+    pub node: String,
+    /// The direction.
+    pub direction: u8,
+}
+
+impl fmt::Display for DofName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.node, self.direction)
+    }
+}
+
+/// A matrix as a program wrote it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Written {
+    /// The format.
+    pub format: &'static str,
+    /// The whole matrix: of one triangle both.
+    pub matrix: Csr,
+    /// Entries in the file.
+    pub entries: usize,
+    /// The file has one triangle.
+    pub one_triangle: bool,
+    /// What its rows are called; empty: nobody says.
+    pub names: Vec<DofName>,
+    /// Displacements that the program holds, which are no rows.
+    pub held: Vec<DofName>,
+}
+
+/// Read a matrix; the message says what is wrong with the file, and what would help.
+pub fn read_matrix(bytes: &[u8]) -> Result<Written, String> {
+    if bytes.starts_with(b"PK\x03\x04") {
+        return npz::read(bytes);
+    }
+    if bytes.starts_with(b"MATLAB 5.0 MAT-file") {
+        return Err("is a MATLAB file older than 7.3: write it with save('-v7.3') and name the matrix (FILE.mat:/K), or as .npz with SciPy".into());
+    }
+    if bytes.starts_with(b"\x89HDF") {
+        return Err("is an HDF5 file: name the dataset behind it, FILE.h5:/K".into());
+    }
+    let text = std::str::from_utf8(bytes).map_err(|_| {
+        "is neither text nor a format that is read (Matrix Market, CalculiX .sti and .mas, Abaqus .mtx, Harwell-Boeing, SciPy .npz)".to_owned()
+    })?;
+    if text.get(..14).is_some_and(|s| s.eq_ignore_ascii_case("%%MatrixMarket")) {
+        let matrix = parse_matrix_market(text)?;
+        let entries = matrix.n_entries();
+        let format = "Matrix Market";
+        return Ok(Written {
+            format,
+            matrix,
+            entries,
+            one_triangle: false,
+            names: vec![],
+            held: vec![],
+        });
+    }
+    if harwell_boeing::is_one(text) {
+        return harwell_boeing::read(text);
+    }
+    triplets::read(text)
+}
+
+/// The names of CalculiX's `.dof`: `109.3`, a line a row.
+pub fn parse_dof_names(text: &str) -> Result<Vec<DofName>, String> {
+    let lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
+    let name = |(k, line): (usize, &str)| {
+        parse_name(line).ok_or_else(|| {
+            format!("line {}: \"{}\" is no node and direction, as 109.3", k + 1, line.trim())
+        })
+    };
+    distinct(lines.map(name).collect::<Result<_, _>>()?)
+}
+
+/// `109.3`
+pub fn parse_name(text: &str) -> Option<DofName> {
+    let (node, direction) = text.trim().rsplit_once('.')?;
+    let direction = direction.parse().ok().filter(|d: &u8| *d <= 6)?;
+    let is_node =
+        !node.is_empty() && node.bytes().all(|b| b.is_ascii_alphanumeric() || b"_-.".contains(&b));
+    is_node.then(|| DofName { node: node.to_owned(), direction })
+}
+
+/// The names of Ansys's `.mapping` beside `HBMAT`: `equation node UX`.
+pub fn parse_mapping(text: &str) -> Result<Vec<DofName>, String> {
+    let mut names = vec![];
+    for (k, line) in text.lines().enumerate().skip(1) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let (row, node, label) = match words[..] {
+            [] => continue,
+            [row, node, label] => (row, node, label),
+            _ => {
+                return Err(format!(
+                    "line {}: \"{}\" is no equation, node and label",
+                    k + 1,
+                    line.trim()
+                ));
+            }
+        };
+        let labels = ["UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"];
+        let Some(direction) = labels.iter().position(|l| *l == label) else {
+            return Err(format!(
+                "line {}: {label} is no displacement: only UX UY UZ ROTX ROTY ROTZ are read",
+                k + 1
+            ));
+        };
+        if row.parse() != Ok(names.len() + 1) {
+            return Err(format!(
+                "line {}: equation {row} stands where {} belongs",
+                k + 1,
+                names.len() + 1
+            ));
+        }
+        names.push(DofName { node: node.to_owned(), direction: direction as u8 + 1 });
+    }
+    distinct(names)
+}
+
+/// No name stands twice.
+fn distinct(names: Vec<DofName>) -> Result<Vec<DofName>, String> {
+    let mut known = BTreeSet::new();
+    match names.iter().find(|name| !known.insert(*name)) {
+        Some(twice) => Err(format!("{twice} stands there twice")),
+        None => Ok(names),
+    }
+}
+
+/// The whole of a symmetric matrix of `n` rows from its entries, of which one triangle may be missing; `partly`: of some entries the mirror image may.
+fn whole(n: usize, entries: Vec<(usize, usize, f64)>, partly: bool) -> Result<(Csr, bool), String> {
+    let given = Csr::from_triplets(n, n, entries.clone());
+    if given.n_entries() < entries.len() {
+        return Err(format!("{} entries stand there twice", entries.len() - given.n_entries()));
+    }
+    let mut known: std::collections::HashSet<(usize, usize)> = Default::default();
+    known.extend(entries.iter().map(|e| (e.0, e.1)));
+    let alone = |e: &&(usize, usize, f64)| e.0 != e.1 && !known.contains(&(e.1, e.0));
+    let missing: Vec<_> = entries.iter().filter(alone).map(|&(i, j, v)| (j, i, v)).collect();
+    let off_diagonal = entries.iter().filter(|e| e.0 != e.1).count();
+    let (lower, upper) = (missing.iter().any(|e| e.0 > e.1), missing.iter().any(|e| e.0 < e.1));
+    let one_triangle = !missing.is_empty() && missing.len() == off_diagonal && lower != upper;
+    if !missing.is_empty() && !one_triangle && !partly {
+        return Err(format!(
+            "{} of its {off_diagonal} entries off the diagonal have no partner across it, and it is no triangle: is it symmetric, and complete?",
+            missing.len()
+        ));
+    }
+    let all = entries.into_iter().chain(missing).collect();
+    Ok((Csr::from_triplets(n, n, all), one_triangle))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_split_at_their_last_point() {
+        let names = parse_dof_names("101.1\n1001.3\n\nArm-2.12.2\n").unwrap();
+        assert_eq!(names[1], DofName { node: "1001".into(), direction: 3 });
+        assert_eq!(names[2].to_string(), "Arm-2.12.2");
+        for bad in ["101", "101.7", ".3", "101.1\n101.1\n", "10 1.3"] {
+            assert!(parse_dof_names(bad).is_err(), "{bad}");
+        }
+        let map = "    Matrix Eqn          Node    DOF\n             1            48    UZ\n             2            44    ROTX\n";
+        let names: Vec<String> =
+            parse_mapping(map).unwrap().iter().map(DofName::to_string).collect();
+        assert_eq!(names, ["48.3", "44.4"]);
+        assert!(parse_mapping(&map.replace("ROTX", "PRES")).is_err());
+        assert!(parse_mapping(&map.replace("             2 ", "             3 ")).is_err());
+    }
+}

@@ -1,0 +1,198 @@
+//! Rows of given matrices by the names that their program gave them: `"109.3"`, node and direction.
+//!
+//! Names stand where rows may stand. Before a scene is read they are replaced by their numbers, as wide as they were: what a message says of a place in the file stays true.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use toml::de::{DeTable, DeValue};
+
+use super::{FileName, Issue};
+use crate::fem::formats::{DofName, parse_dof_names, parse_mapping, parse_name, read_matrix};
+
+/// A row as a scene may call it; for the schema alone.
+pub(super) struct Row;
+
+impl JsonSchema for Row {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Row".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "integer", "minimum": 0, "description": "A row of the matrices, counted from 0."},
+            {"type": "string", "pattern": "^-?[A-Za-z0-9_.-]+\\.[0-6]$", "description": "Node and direction, `\"109.3\"`, where the matrices have names."},
+        ]})
+    }
+}
+
+/// What is known of the rows of given matrices.
+#[derive(Debug, Clone, Default)]
+pub struct RowNames {
+    /// Their names in their order; none where nobody says.
+    pub names: Vec<DofName>,
+    /// Rows that count the other way: contact displacements whose names have a minus.
+    pub flipped: Vec<usize>,
+    /// Names that stand in the scene and are not known, as where a stored scene is read without the files beside it.
+    pub missing: Option<Issue>,
+}
+
+/// Keys whose values are rows: table, key.
+const ROWS: [(&str, &str); 14] = [
+    ("contact", "displacements"),
+    ("contact", "tangents"),
+    ("load", "displacement"),
+    ("probe", "node"),
+    ("spring", "row"),
+    ("spring", "to_row"),
+    ("damper", "row"),
+    ("damper", "to_row"),
+    ("mass", "row"),
+    ("mass", "to_row"),
+    ("slider", "row"),
+    ("slider", "to_row"),
+    ("iwan", "row"),
+    ("iwan", "to_row"),
+];
+
+/// The text with numbers in place of names, and what is known of them; an issue where a name is none.
+pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), Issue> {
+    let same = || (text.to_owned(), RowNames::default());
+    // what cannot be read is the reader's to say
+    let Ok(root) = DeTable::parse(text) else { return Ok(same()) };
+    let Some(DeValue::Table(body)) = root.get_ref().get("body").map(|b| b.get_ref()) else {
+        return Ok(same());
+    };
+    let word = |key: &str| body.get(key).and_then(|v| v.get_ref().as_str()).map(str::to_owned);
+    let (Some("matrices"), Some(file)) = (word("kind").as_deref(), word("stiffness_matrix")) else {
+        return Ok(same());
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let names = names_of(folder, &file);
+    let known: HashMap<String, usize> = match &names {
+        Ok(names) => names.iter().enumerate().map(|(k, name)| (name.to_string(), k)).collect(),
+        Err(_) => HashMap::new(),
+    };
+    let mut found = RowNames { names: names.clone().unwrap_or_default(), ..RowNames::default() };
+    let mut out = text.to_owned();
+    let mut placed: Vec<(std::ops::Range<usize>, String)> = vec![];
+    for (table, key) in ROWS {
+        for (place, value) in values(root.get_ref(), table, key) {
+            let Some(word) = value.get_ref().as_str() else { continue };
+            let (minus, name) = match word.strip_prefix('-') {
+                Some(name) => (true, name),
+                None => (false, word),
+            };
+            if minus && key != "displacements" {
+                let message =
+                    format!("\"{word}\": a minus turns contact displacements, and no others");
+                return Err(Issue::new(place, message, format!("give \"{name}\"")));
+            }
+            let row = match (known.get(name), &names) {
+                (Some(row), _) => *row,
+                (None, Ok(names)) => return Err(unknown(place, name, names)),
+                (None, Err(why)) => {
+                    let help = "give rows, counted from 0; or put the names beside the matrices: .dof of CalculiX, .mapping of Ansys, MATRIX INPUT of Abaqus";
+                    let message = format!("\"{word}\" is the name of no row: {why}");
+                    found.missing.get_or_insert(Issue::new(place, message, help));
+                    // any number that no other name has
+                    placed.len()
+                }
+            };
+            if minus {
+                found.flipped.push(row);
+            }
+            placed.push((value.span(), row.to_string()));
+        }
+    }
+    placed.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
+    for (span, number) in placed {
+        let width = span.len();
+        out.replace_range(span, &format!("{number:width$}"));
+    }
+    Ok((out, found))
+}
+
+/// The values of a key of a table, or of all tables of its name, items of lists one by one; each with its key.
+fn values<'t>(
+    root: &'t DeTable<'t>,
+    table: &str,
+    key: &str,
+) -> Vec<(String, &'t toml::Spanned<DeValue<'t>>)> {
+    let Some(found) = root.get(table) else { return vec![] };
+    let tables: Vec<(String, &DeTable)> = match found.get_ref() {
+        DeValue::Table(one) => vec![(table.to_owned(), one)],
+        DeValue::Array(list) => {
+            let one = |(k, v): (usize, &'t toml::Spanned<DeValue<'t>>)| match v.get_ref() {
+                DeValue::Table(own) => Some((format!("{table}[{k}]"), own)),
+                _ => None,
+            };
+            list.iter().enumerate().filter_map(one).collect()
+        }
+        _ => vec![],
+    };
+    let mut all = vec![];
+    for (name, own) in tables {
+        let Some(value) = own.get(key) else { continue };
+        let place = format!("{name}.{key}");
+        match value.get_ref() {
+            DeValue::Array(list) => {
+                all.extend(list.iter().enumerate().map(|(k, v)| (format!("{place}[{k}]"), v)));
+            }
+            _ => all.push((place, value)),
+        }
+    }
+    all
+}
+
+/// The names of the rows of a matrix, from its file or from one beside it.
+fn names_of(folder: &Path, file: &str) -> Result<Vec<DofName>, String> {
+    let FileName { file, dataset } = FileName::parse(file);
+    if dataset.is_some() {
+        return Err(format!("{file} has no names"));
+    }
+    let path = folder.join(file);
+    type Parse = fn(&str) -> Result<Vec<DofName>, String>;
+    for (ending, parse) in [("dof", parse_dof_names as Parse), ("mapping", parse_mapping)] {
+        let beside = path.with_extension(ending);
+        if let Ok(text) = std::fs::read_to_string(&beside) {
+            return parse(&text).map_err(|why| format!("{}: {why}", beside.display()));
+        }
+    }
+    let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let is_labelled = |line: &&str| !line.trim_start().starts_with('*') && !line.trim().is_empty();
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).into_owned();
+    let first = start.lines().find(is_labelled).unwrap_or_default();
+    if first.matches(',').count() < 4 {
+        return Err(format!(
+            "{} has no names, and no .dof or .mapping stands beside it",
+            path.display()
+        ));
+    }
+    read_matrix(&bytes).map(|w| w.names).map_err(|why| format!("{}: {why}", path.display()))
+}
+
+/// A name that is none, with what there is.
+fn unknown(place: String, word: &str, names: &[DofName]) -> Issue {
+    let message = format!("no row is called \"{word}\"");
+    let mut nodes: Vec<&str> = names.iter().map(|n| n.node.as_str()).collect();
+    nodes.sort_by_key(|n| (n.parse::<i64>().unwrap_or(i64::MAX), *n));
+    nodes.dedup();
+    let of_node: Vec<String> = parse_name(word)
+        .map(|w| names.iter().filter(|n| n.node == w.node).map(DofName::to_string).collect())
+        .unwrap_or_default();
+    let help = match (nodes.first(), nodes.last()) {
+        _ if !of_node.is_empty() => {
+            format!("this node has {}: others are held, tied or rotations", of_node.join(", "))
+        }
+        (Some(first), Some(last)) => {
+            format!(
+                "give node and direction: the nodes are {first} to {last} ({} nodes), for example \"{}\"",
+                nodes.len(),
+                names[0]
+            )
+        }
+        _ => "the matrices have no rows".to_owned(),
+    };
+    Issue::new(place, message, help)
+}

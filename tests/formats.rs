@@ -1,0 +1,337 @@
+//! Matrices of other programs: what CalculiX, Abaqus, Ansys and SciPy wrote of the same bodies, against what these programs say themselves (`tests/reference/formats/checks.json`).
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::common::{json, root, run};
+use nalgebra::DMatrix;
+use serde_json::Value;
+use signorini::fem::Csr;
+use signorini::fem::formats::{Written, read_matrix};
+
+fn sample(name: &str) -> String {
+    root().join("tests/reference/formats").join(name).display().to_string()
+}
+
+fn checks() -> Value {
+    serde_json::from_str(&std::fs::read_to_string(sample("checks.json")).unwrap()).unwrap()
+}
+
+fn read(name: &str) -> Written {
+    read_matrix(&std::fs::read(sample(name)).unwrap()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn written(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path.display().to_string()
+}
+
+/// A scene of two matrices.
+fn scene(folder: &Path, name: &str, [k, m]: [&str; 2], rest: &str) -> String {
+    let text =
+        format!("[body]\nkind = 'matrices'\nstiffness_matrix = '{k}'\nmass_matrix = '{m}'\n{rest}");
+    written(folder, &format!("{name}.toml"), &text)
+}
+
+fn close(a: f64, b: f64, slack: f64) -> bool {
+    (a - b).abs() <= slack * b.abs()
+}
+
+/// Orders, entries, traces, and masses by direction, of files of CalculiX.
+#[test]
+fn inspect_tells_what_calculix_wrote() {
+    let checks = checks();
+    for body in ["block", "plate", "brick", "brick_roller"] {
+        let check = &checks[body];
+        let of = |ending: &str| json(&["inspect", &sample(&format!("{body}.{ending}"))]);
+        let (k, m) = (of("sti"), of("mas"));
+        assert_eq!((&k["rows"], &k["entries"]), (&check["n"], &check["entries_K"]), "{body}");
+        assert_eq!(k["one_triangle"], true);
+        for (said, wanted) in [(&k["trace"], &check["trace_K"]), (&m["trace"], &check["trace_M"])] {
+            assert!(
+                close(said.as_f64().unwrap(), wanted.as_f64().unwrap(), 1e-12),
+                "{body} {said} {wanted}"
+            );
+        }
+        for (k, direction) in m["directions"].as_array().unwrap().iter().enumerate() {
+            let wanted = check["mass_in_matrix"][direction.to_string()].as_f64().unwrap();
+            assert!(close(m["sums"][k].as_f64().unwrap(), wanted, 1e-12), "{body} {direction}");
+        }
+        if let Some(first) = check["first_dof"].as_str() {
+            assert_eq!(k["names"][0], first);
+        }
+    }
+}
+
+/// Frequencies and static displacements are those that CalculiX printed; the same body by Abaqus's, Ansys's and SciPy's files has them too.
+#[test]
+fn every_format_has_the_frequencies_of_its_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let checks = checks();
+    for (body, k, m) in [
+        ("block", "block.sti", "block.mas"),
+        ("plate", "plate.sti", "plate.mas"),
+        ("brick", "brick.sti", "brick.mas"),
+        ("brick_roller", "brick_roller.sti", "brick_roller.mas"),
+        ("brick", "brick_STIF1.mtx", "brick_MASS1.mtx"),
+        ("brick", "brick_K.matrix", "brick_M.matrix"),
+        ("block", "block_K.npz", "block_M.npz"),
+    ] {
+        let scene = scene(folder.path(), "s", [&sample(k), &sample(m)], "");
+        let said = json(&["modes", &scene, "--count", "6"]);
+        for (omega, hz) in said["open"]["omega"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .zip(checks[body]["frequencies_hz"].as_array().unwrap())
+        {
+            let (own, wanted) =
+                (omega.as_f64().unwrap() / std::f64::consts::TAU, hz.as_f64().unwrap());
+            assert!(close(own, wanted, 2e-10), "{k}: {own} {wanted}");
+        }
+    }
+    for body in ["block", "plate", "brick"] {
+        let check = &checks[body]["static"];
+        let mut rest =
+            "[initial]\nequilibrium = true\n[run]\nuntil = 1e-9\nsamples = 1\n".to_owned();
+        for load in check["loads"].as_array().unwrap() {
+            let _ = write!(
+                rest,
+                "[[load]]\nkind = 'force'\ndisplacement = '{}.{}'\namplitude = {:?}\n",
+                load["node"],
+                load["direction"],
+                load["force"].as_f64().unwrap()
+            );
+        }
+        let file = |ending: &str| sample(&format!("{body}.{ending}"));
+        let scene = scene(folder.path(), "s", [&file("sti"), &file("mas")], &rest);
+        let said = json(&[
+            "run",
+            &scene,
+            "-o",
+            &folder.path().join("s.h5").display().to_string(),
+            "--force",
+        ]);
+        let names: Vec<String> = std::fs::read_to_string(file("dof"))
+            .unwrap()
+            .lines()
+            .map(|l| l.trim().to_owned())
+            .collect();
+        for (node, solved) in check["displacements_solved"].as_object().unwrap() {
+            for (direction, u) in solved.as_object().unwrap() {
+                let row = names.iter().position(|n| *n == format!("{node}.{direction}")).unwrap();
+                let own = said["final"]["u"][row].as_f64().unwrap();
+                assert!(
+                    (own - u.as_f64().unwrap()).abs() < 1e-9 * 4e-3,
+                    "{body} {node}.{direction}: {own} {u}"
+                );
+            }
+        }
+    }
+}
+
+const NOSE: &str = "gap = 0.002\nmethod = 'mass-redistribution'\n[[load]]\nkind = 'force'\ndisplacement = '105.1'\namplitude = 4e3\nomega = 6e4\n\
+[[probe]]\nname = 'corner'\nnode = '109.3'\n[run]\nuntil = 4e-4\nsamples = 40\n";
+
+/// Rows by names are rows by numbers; a name with a minus is the same as matrices of which that row and column have the other sign; tables have the names.
+#[test]
+fn names_stand_for_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let files = [sample("block.sti"), sample("block.mas")];
+    let files = [files[0].as_str(), files[1].as_str()];
+    let tip = ["101.1", "102.1", "103.1", "104.1", "105.1", "106.1", "107.1", "108.1", "109.1"];
+    let names = std::fs::read_to_string(sample("block.dof")).unwrap();
+    let row = |name: &str| names.lines().position(|l| l.trim() == name).unwrap();
+    let numbered = |text: &str| {
+        text.replace("'105.1'", &row("105.1").to_string())
+            .replace("'109.3'", &row("109.3").to_string())
+    };
+    let by_name = scene(
+        folder.path(),
+        "names",
+        files,
+        &format!("[contact]\ndisplacements = {tip:?}\n{NOSE}"),
+    );
+    let rows: Vec<usize> = tip.iter().map(|n| row(n)).collect();
+    let by_row = scene(
+        folder.path(),
+        "rows",
+        files,
+        &numbered(&format!("[contact]\ndisplacements = {rows:?}\n{NOSE}")),
+    );
+    let [a, b] =
+        [(&by_name, "a.h5"), (&by_row, "b.h5")].map(|(s, o)| json(&["run", s, "-o", &at(o)]));
+    assert!(a["switches"].as_array().unwrap().len() > 4, "{a}");
+    assert_eq!(a["switches"], b["switches"]);
+    assert_eq!((&a["final"], &a["probes"]), (&b["final"], &b["probes"]));
+    // the file is read again where the matrices are not
+    std::fs::create_dir(folder.path().join("elsewhere")).unwrap();
+    std::fs::copy(at("a.h5"), at("elsewhere/a.h5")).unwrap();
+    json(&["export", &at("elsewhere/a.h5")]);
+    let csv = std::fs::read_to_string(at("elsewhere/a.csv")).unwrap();
+    let head = csv.lines().next().unwrap();
+    assert!(head.contains("u_n[105.1]") && head.contains("displacement_x[corner]"), "{head}");
+    // towards −x: by a minus, and by matrices whose rows are turned by hand
+    let turned: Vec<String> = tip.iter().map(|n| format!("-{n}")).collect();
+    let minus = scene(
+        folder.path(),
+        "minus",
+        files,
+        &format!("[contact]\ndisplacements = {turned:?}\n{NOSE}"),
+    );
+    for (name, out) in [("block.sti", "K.mtx"), ("block.mas", "M.mtx")] {
+        let a = read(name).matrix;
+        let sign = |i: usize| if rows.contains(&i) { -1.0 } else { 1.0 };
+        let mut text = format!(
+            "%%MatrixMarket matrix coordinate real general\n81 81 {}\n",
+            a.triplets().count()
+        );
+        a.triplets().for_each(|(i, j, v)| {
+            let _ = writeln!(text, "{} {} {:e}", i + 1, j + 1, sign(i) * sign(j) * v);
+        });
+        written(folder.path(), out, &text);
+    }
+    let by_hand = scene(
+        folder.path(),
+        "hand",
+        ["K.mtx", "M.mtx"],
+        &numbered(&format!("[contact]\ndisplacements = {rows:?}\n{NOSE}")),
+    );
+    let [c, d] =
+        [(&minus, "c.h5"), (&by_hand, "d.h5")].map(|(s, o)| json(&["run", s, "-o", &at(o)]));
+    assert_eq!(c["switches"], d["switches"]);
+    assert_ne!(a["switches"], c["switches"]);
+    for (names, words) in [
+        ("['1019.1']", "no row is called \"1019.1\""),
+        ("['109.4']", "this node has 109.1, 109.2, 109.3"),
+        ("['TIP']", "no row is called"),
+    ] {
+        let scene = scene(
+            folder.path(),
+            "bad",
+            files,
+            &format!("[contact]\ndisplacements = {names}\ngap = 1.0\n"),
+        );
+        let output = run(&["modes", &scene]);
+        let said = String::from_utf8_lossy(&output.stderr).replace('\n', " ");
+        assert!(output.status.code() == Some(2) && said.contains(words), "{said}");
+    }
+}
+
+/// Rows without mass follow statically: the same motion as of matrices that are condensed by hand.
+#[test]
+fn what_has_no_mass_follows() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (k, m) = (read("block.sti").matrix, read("block.mas").matrix);
+    let n = k.n_rows();
+    let gone: Vec<usize> = (30..36).chain([50, 51]).collect();
+    let kept: Vec<usize> = (0..n).filter(|i| !gone.contains(i)).collect();
+    let dense = |a: &Csr| {
+        let mut d = DMatrix::zeros(n, n);
+        a.triplets().for_each(|(i, j, v)| d[(i, j)] = v);
+        d
+    };
+    let (k, mut m) = (dense(&k), dense(&m));
+    gone.iter().for_each(|&i| {
+        m.row_mut(i).fill(0.0);
+        m.column_mut(i).fill(0.0);
+    });
+    let part = |a: &DMatrix<f64>, rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| a[(rows[i], columns[j])])
+    };
+    let inner = part(&k, &gone, &gone).cholesky().unwrap().solve(&part(&k, &gone, &kept));
+    let condensed = part(&k, &kept, &kept) - part(&k, &kept, &gone) * inner;
+    let condensed = 0.5 * (&condensed + condensed.transpose());
+    let file = |name: &str, a: &DMatrix<f64>| {
+        let mut text =
+            format!("%%MatrixMarket matrix array real general\n{} {}\n", a.nrows(), a.ncols());
+        a.iter().for_each(|v| {
+            let _ = writeln!(text, "{v:e}");
+        });
+        written(folder.path(), name, &text);
+    };
+    file("K.mtx", &k);
+    file("M.mtx", &m);
+    file("K2.mtx", &condensed);
+    file("M2.mtx", &part(&m, &kept, &kept));
+    let rest = "[contact]\ndisplacements = [0, 3, 6, 9, 12]\ngap = 0.002\nmethod = 'mass-redistribution'\n\
+                [[load]]\nkind = 'force'\ndisplacement = 12\namplitude = 4e3\nomega = 6e4\n[run]\nuntil = 4e-4\nsamples = 10\n";
+    let whole = scene(folder.path(), "whole", ["K.mtx", "M.mtx"], rest);
+    let small = scene(folder.path(), "small", ["K2.mtx", "M2.mtx"], rest);
+    let [a, b] = [(&whole, "a.h5"), (&small, "b.h5")].map(|(s, o)| json(&["run", s, "-o", &at(o)]));
+    let times = |said: &Value| -> Vec<f64> {
+        said["switches"].as_array().unwrap().iter().map(|s| s["t"].as_f64().unwrap()).collect()
+    };
+    let (a, b) = (times(&a), times(&b));
+    assert!(a.len() == b.len() && a.len() > 4, "{a:?} {b:?}");
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a - b).abs() < 1e-9 * 4e-4, "{a} {b}");
+    }
+    // without contact too
+    let free = scene(folder.path(), "free", ["K.mtx", "M.mtx"], "");
+    let held = scene(folder.path(), "held", ["K2.mtx", "M2.mtx"], "");
+    let [a, b] =
+        [&free, &held].map(|s| json(&["modes", s, "--count", "5"])["open"]["omega"].clone());
+    for (a, b) in a.as_array().unwrap().iter().zip(b.as_array().unwrap()) {
+        assert!(close(a.as_f64().unwrap(), b.as_f64().unwrap(), 1e-9), "{a} {b}");
+    }
+    let springs = scene(
+        folder.path(),
+        "springs",
+        ["K.mtx", "M.mtx"],
+        "[contact]\ndisplacements = [0]\ngap = 0.1\nmethod = 'penalty'\nstiffness = 1e5\n",
+    );
+    let output = run(&["modes", &springs]);
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stdout));
+}
+
+/// Damaged in every way that comes to mind: refused with a reason or read, never a panic; and what is cut short, or says something else than it holds, is refused.
+#[test]
+fn damaged_files_are_refused() {
+    let samples = [
+        "block.sti",
+        "brick_STIF1.mtx",
+        "brick_COORD_MASS1.mtx",
+        "brick_K.matrix",
+        "brick_K.npz",
+        "block_M.npz",
+    ];
+    let mut seed = 20261127u64;
+    let mut random = |n: usize| {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (seed >> 33) as usize % n
+    };
+    let mut refused = 0;
+    for name in samples {
+        let bytes = std::fs::read(sample(name)).unwrap();
+        for _ in 0..200 {
+            let mut bad = bytes.clone();
+            match random(4) {
+                0 => bad.truncate(random(bytes.len())),
+                1 => (0..1 + random(5)).for_each(|_| {
+                    let at = random(bytes.len());
+                    bad[at] = random(256) as u8;
+                }),
+                2 => {
+                    let at = random(bytes.len());
+                    bad.drain(at..(at + 1 + random(40)).min(bytes.len()));
+                }
+                _ => {
+                    let at = random(bytes.len());
+                    bad.splice(
+                        at..at,
+                        (0..1 + random(9)).map(|_| b"0123456789-.,eD \n"[random(17)]),
+                    );
+                }
+            }
+            if let Err(why) = read_matrix(&bad) {
+                assert!(!why.is_empty());
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 600, "{refused}");
+}
