@@ -17,7 +17,7 @@ use super::{Answer, CliError, Global};
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format csv --nodes 3,7          # with the motion of two nodes\n  signorini export plate.h5 --format csv --place 0.5,0.15     # and at a place\n  signorini export plate.h5 --format vtkhdf --every 4         # plate.vtkhdf for ParaView\n  signorini export plate.h5 --format vtu                      # plate-vtu/plate.pvd for ParaView and PyVista\n  signorini export plate.h5 --format xdmf --from 1 --to 2 -o touch\n  signorini export backbone.h5 --format csv\n\n\
-    Fields of VTKHDF, VTU and XDMF: displacement, velocity, contact_pressure (on both sides where two surfaces meet, 0 off the contact), contact_force (on the body at each node), contact_status (1 in contact, with friction 2 sticks, 3 and 4 slips; 0 open, -1 no contact node), gap (distance to the obstacle, NaN off the contact edge); by element: stress at its centre (a 3 × 3 tensor and von_mises, of a bar the axial stress)."
+    Fields of VTKHDF, VTU and XDMF: displacement, velocity, contact_pressure (on both sides where two surfaces meet, 0 off the contact), contact_force (on the body at each node), contact_status (1 in contact, with friction 2 sticks, 3 and 4 slips; 0 open, -1 no contact node), gap (distance to the obstacle, NaN off the contact edge); by element: stress at its centre (a 3 × 3 tensor and von_mises, of a bar the axial stress); at nodes stress_averaged, the mean of the elements around by their volumes."
 )]
 pub struct Arguments {
     /// A file written by `run`, `orbit`, `backbone`, `response` or `crosscheck`

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use signorini::contact::phase_modes;
 use signorini::problem::{Problem, parts};
-use signorini::report::summary::{mesh_warning, significant};
+use signorini::report::summary::{inward_corners, mesh_warning, significant};
 use signorini::scenario::Scene;
 
 use super::{Answer, CliError, Global, load};
@@ -44,6 +44,7 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
         .map_err(|e| CliError::Numerics(e.to_string()))?;
     let mut warnings = problem.notes.warnings.clone();
     warnings.extend(mesh_warning(system));
+    warnings.extend(inward_corners(&system.body.mesh));
     let gaps = system.gaps();
     let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
     let most = gaps.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -10,6 +10,7 @@ use crate::fem::Finer;
 use crate::mesh::{Basis, ElementKind, Family};
 use crate::problem::Problem;
 use crate::records::{Beside, Figure, Relief, Replaced, Trust};
+use crate::report::summary::inward_corners;
 use crate::scenario::Scene;
 use crate::simulate::{run_table, simulate};
 
@@ -289,6 +290,7 @@ pub fn trust(
         n_dof: own.n_dof,
         beside: vec![],
         figures: own.figures.iter().map(figure).collect(),
+        warnings: inward_corners(&problem.system.body.mesh).into_iter().collect(),
         relief,
     };
     let mut next = 0;

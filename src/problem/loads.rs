@@ -40,6 +40,11 @@ pub(super) fn loads(
                 let placed = placed(scene, &body.mesh, &format!("load[{i}].at"), l.at.as_deref())?;
                 node = placed.node;
                 notes.places.push(placed);
+                if body.dofs.contact.iter().any(|c| c.node == node) {
+                    notes.warnings.push(format!(
+                        "load[{i}] is a force at a contact node: its contact force and what moves there change with every refinement; let a traction act, or another node"
+                    ));
+                }
                 load::point(body, node, &vector)
             }
             LoadKind::Force => on_rows(scene, i, system, &vector)?,
@@ -64,6 +69,9 @@ pub(super) fn loads(
         let of = |a: &[f64]| notes::of_components(system, (*kind, l.group(), node), a);
         if scene.body.kind != BodyKind::Matrices && of(&vector).is_some() {
             notes.held_load((i, *kind), (&vector, &force), |a| of(a).unwrap_or_default());
+        }
+        if let Course::Harmonic { omega, .. } = course {
+            notes.unresolved(&format!("load[{i}].omega"), body, omega);
         }
         loads.follow(force, 0, &course);
     }

@@ -1,8 +1,8 @@
 //! What there is to say of a problem before it is solved: where places of the scene ended up, what of it has no effect.
 
 use crate::contact::System;
-use crate::fem::{Body, Reduction, load};
-use crate::mesh::Point;
+use crate::fem::{Body, Material, Reduction, load};
+use crate::mesh::{Element, Point, bounds};
 use crate::scenario::{LoadKind, Scene};
 
 use super::moving;
@@ -16,6 +16,9 @@ pub struct Notes {
     /// What has no effect, or another one than its words.
     pub warnings: Vec<String>,
 }
+
+/// Elements of a wave that a mesh carries.
+const RESOLVED: f64 = 6.0;
 
 /// Below this share of what was asked for, what is left is rounding.
 const NOTHING: f64 = 1e-12;
@@ -59,6 +62,29 @@ impl Notes {
             self.warnings.push(format!(
                 "the {axis} component of load[{i}] (\"{}\") {where_to}",
                 kind.name()
+            ));
+        }
+    }
+
+    /// A harmonic load whose waves are shorter than six of the mesh's elements (three of second order): it does not carry them.
+    pub(super) fn unresolved(&mut self, key: &str, body: &Body, omega: f64) {
+        // shear waves are the shortest; of a bar there are others only
+        let speed = |m: &Material| match body.mesh.dim() {
+            1 => m.wave_speed(),
+            _ => (m.young / (2.0 * (1.0 + m.poisson)) / m.density).sqrt(),
+        };
+        let Some(slowest) = body.materials().iter().map(speed).reduce(f64::min) else { return };
+        let length = std::f64::consts::TAU * slowest / omega;
+        let size = |e: Element| {
+            let [low, high] = bounds(e.nodes.iter().map(|&n| &body.mesh.nodes()[n]));
+            let largest = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
+            if e.kind.is_quadratic() { 0.5 * largest } else { largest }
+        };
+        let largest = body.mesh.elements().map(size).fold(0.0, f64::max);
+        if length < RESOLVED * largest {
+            self.warnings.push(format!(
+                "{key}: waves of this frequency are {:.1} elements long, and a mesh carries those of {RESOLVED} and more: refine it, or lower the frequency",
+                length / largest
             ));
         }
     }

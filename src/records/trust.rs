@@ -77,6 +77,8 @@ pub struct Trust {
     pub beside: Vec<Beside>,
     /// What moves.
     pub figures: Vec<Figure>,
+    /// What of the body makes errors fall slowly.
+    pub warnings: Vec<String>,
     /// Of the lowest modes, where elements have incompatible modes.
     pub relief: Vec<Relief>,
 }

@@ -99,6 +99,7 @@ pub fn words(trust: &Trust) -> Vec<String> {
             list.join(", ")
         ));
     }
+    all.extend(trust.warnings.iter().cloned());
     if trust.beside.is_empty() {
         all.push(
             "a body from matrices without contact: nothing here tells what its mesh leaves out"
@@ -152,6 +153,6 @@ pub fn json(trust: &Trust) -> Value {
         object!({"kind": f.kind, "name": f.name, "value": f.value, "beside": f.beside, "relative": relative})
     };
     let figures: Vec<Value> = trust.figures.iter().map(figure).collect();
-    object!({"mesh": trust.mesh, "n_dof": trust.n_dof, "beside": trust.beside, "figures": figures, "relief": trust.relief,
+    object!({"mesh": trust.mesh, "n_dof": trust.n_dof, "beside": trust.beside, "figures": figures, "warnings": trust.warnings, "relief": trust.relief,
         "words": words(trust)})
 }

@@ -43,8 +43,17 @@ impl Stress {
 
 /// Stress at the centre of an element whose nodes have the displacements `u`.
 pub fn at_centre(material: &Material, element: Shape, u: &[Point]) -> Stress {
+    at(material, element, shape::centre(element.kind), u)
+}
+
+/// Stress at each of its nodes.
+pub fn at_nodes(material: &Material, element: Shape, u: &[Point]) -> Vec<Stress> {
+    shape::places(element.kind).iter().map(|local| at(material, element, *local, u)).collect()
+}
+
+fn at(material: &Material, element: Shape, local: shape::Local, u: &[Point]) -> Stress {
     let dim = element.kind.dim();
-    let rows = element.stress_rows(material, shape::centre(element.kind));
+    let rows = element.stress_rows(material, local);
     let entry = |i: usize| (0..rows.ncols()).map(|j| rows[(i, j)] * u[j / dim][j % dim]).sum();
     Stress { xx: entry(0), yy: entry(1), zz: entry(2), xy: entry(3), yz: entry(4), zx: entry(5) }
 }
@@ -97,6 +106,18 @@ mod tests {
             let Stress { xx, yy, xy, .. } = expected;
             (xx, xy, xy, yy, 0.0)
         });
+    }
+
+    /// At its nodes a linear field has the same stress; a bilinear one that of its gradients there.
+    #[test]
+    fn nodes_have_the_stress_of_their_gradients() {
+        let x = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].map(|[x, y]| [x, y, 0.0]);
+        let u = x.map(|p| [0.1 * p[0] * p[1], 0.0, 0.0]);
+        for (p, s) in x.iter().zip(at_nodes(&plate(), quad(&x), &u)) {
+            let xx = E / (1.0 - NU * NU) * 0.1 * p[1];
+            let xy = E / (2.0 * (1.0 + NU)) * 0.1 * p[0];
+            close(s, Stress { xx, yy: NU * xx, xy, ..Stress::default() });
+        }
     }
 
     #[test]

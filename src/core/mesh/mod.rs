@@ -12,6 +12,7 @@ mod placed;
 #[doc(hidden)]
 pub mod point;
 #[doc(hidden)]
+pub mod reentrant;
 pub mod slender;
 pub mod structured;
 

@@ -8,6 +8,7 @@
 //! | `contact_status` | points | 1 in contact (with friction its state), 0 open, −1 no contact node (of two surfaces the slave has them) |
 //! | `gap` | points | the distance `g − u_C ≥ 0` to the obstacle along the contact direction, NaN off the contact edge |
 //! | `stress` | cells | `σ = D B u` at the centre: a tensor (in the plane with `σ_zz`), the axial stress of a bar |
+//! | `stress_averaged` | points, not of bars | the mean of what the elements around have at the node, by their volumes: at corners and edges of the body of first order, and across materials a mixture |
 //! | `von_mises` | cells, not of bars | `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 (σ_xy² + σ_yz² + σ_zx²))` |
 //!
 //! The four fields of contact are left out where the scene has none.
@@ -153,6 +154,7 @@ impl<'s> Fields<'s> {
                 all.push(real("stress", Centre::Cell, 9, tensors));
                 let equivalent = stress.iter().map(Stress::von_mises).collect();
                 all.push(real("von_mises", Centre::Cell, 1, equivalent));
+                all.push(real("stress_averaged", Centre::Point, 9, self.averaged(row)));
             }
         }
         all
@@ -161,6 +163,23 @@ impl<'s> Fields<'s> {
     /// A vector of every node.
     fn vectors(&self, of: impl Fn(usize) -> Point) -> Vec<f64> {
         (0..self.n_nodes()).flat_map(of).collect()
+    }
+
+    /// The stress of the elements around each node, averaged by their volumes.
+    fn averaged(&self, row: usize) -> Vec<f64> {
+        let mut sums = vec![[0.0; 9]; self.n_nodes()];
+        let mut volumes = vec![0.0; self.n_nodes()];
+        for c in &self.cells {
+            let u: Vec<_> = c.nodes.iter().map(|&n| self.stored.displacement(row, n)).collect();
+            let shape = Shape { kind: c.kind, x: &c.x };
+            let volume = shape.volume(&c.material);
+            for (&n, s) in c.nodes.iter().zip(stress::at_nodes(&c.material, shape, &u)) {
+                volumes[n] += volume;
+                sums[n].iter_mut().zip(s.tensor()).for_each(|(sum, x)| *sum += volume * x);
+            }
+        }
+        let mean = |(sum, volume): ([f64; 9], f64)| sum.map(|x| x / volume.max(f64::MIN_POSITIVE));
+        sums.into_iter().zip(volumes).flat_map(mean).collect()
     }
 
     fn stress(&self, row: usize) -> Vec<Stress> {

@@ -55,6 +55,9 @@ pub(super) fn draw_outline(
 /// A part of an obstacle: places, and the direction behind it.
 pub(super) type Wall = Vec<([f64; 2], [f64; 2])>;
 
+/// Obstacles farther off than this part of the body are drawn only where they are touched.
+const REACH: f64 = 2.0;
+
 /// The obstacles: the contact edges moved by the magnified gaps along the contact directions.
 pub(super) fn walls(stored: &Stored, magnification: f64) -> Vec<Wall> {
     let at = |&i: &usize| {
@@ -66,14 +69,25 @@ pub(super) fn walls(stored: &Stored, magnification: f64) -> Vec<Wall> {
     let edge = Edge::of(stored);
     // an obstacle behind stands behind the body, and where two surfaces meet there is none
     let front = |part: &&Vec<usize>| edge.fronts.contains(&part[0]) && !stored.meets(part[0]);
-    let wall = |part: &Vec<usize>| {
-        let mut wall: Wall = part.iter().map(at).collect();
-        if edge.is_closed(part) {
-            wall.push(wall[0]);
+    // what lies far off and is never touched would leave no room for the body
+    let size = (0..2).fold(0.0f64, |m, c| {
+        let all = || stored.nodes.column(c).to_vec().into_iter();
+        m.max(all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min))
+    });
+    let touches = |i: usize| (0..stored.t.len()).any(|row| stored.touches(row, i));
+    let in_reach = |&i: &usize| magnification * stored.gap[i].abs() <= REACH * size || touches(i);
+    let wall = |part: &Vec<usize>| -> Vec<Wall> {
+        if part.iter().all(in_reach) {
+            let mut wall: Wall = part.iter().map(at).collect();
+            if edge.is_closed(part) {
+                wall.push(wall[0]);
+            }
+            return vec![wall];
         }
-        wall
+        let pieces = part.split(|i| !in_reach(i)).filter(|piece| !piece.is_empty());
+        pieces.map(|piece| piece.iter().map(at).collect()).collect()
     };
-    edge.parts().iter().filter(front).map(wall).collect()
+    edge.parts().iter().filter(front).flat_map(wall).collect()
 }
 
 /// Draw one, hatched behind.

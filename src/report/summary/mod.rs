@@ -6,6 +6,8 @@ mod text;
 
 use crate::contact::{OMITTED_INERTIA, System, relief};
 use crate::event::Report;
+use crate::mesh::Mesh;
+use crate::mesh::reentrant::reentrant;
 use crate::mesh::slender::stiff_in_bending;
 use crate::problem::Notes;
 use crate::records::Relief;
@@ -73,6 +75,16 @@ pub fn mesh_warning(system: &System) -> Option<String> {
     let excess = significant(100.0 * excess, 2);
     Some(format!(
         "these {kind} are too stiff: mode {mode} by about {excess} % in frequency (what incompatible modes take off its stiffness); take elements of second order, or a finer mesh. \"signorini trust\" tells what else moves"
+    ))
+}
+
+/// Corners of the body that point inwards, in words.
+pub fn inward_corners(mesh: &Mesh) -> Option<String> {
+    let found = reentrant(mesh);
+    let at = mesh.nodes().get(*found.first()?)?;
+    let (count, [x, y, _]) = (plural(found.len(), "corner points", "corners point"), at);
+    Some(format!(
+        "{count} inwards (the first at ({x}, {y})): stresses there grow without limit under refinement, and errors fall slowly; probe stresses elsewhere"
     ))
 }
 
