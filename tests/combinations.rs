@@ -19,6 +19,7 @@ const PLATE: &str = "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [4,
                      [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n";
 const MATRICES: &str =
     "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n";
+const NAMED: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_named.mtx\"\nstiffness_matrix = \"K_named.mtx\"\n";
 const SOLID: &str = "[body]\nkind = \"mesh\"\nfile = \"body.msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
                      [[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n";
 /// Two half plates of meshes that do not match.
@@ -105,6 +106,14 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                 Row::of_contact("bar", BAR, ""),
                 plate("plate", ""),
                 Row::of_contact("matrices, `mass-redistribution`", MATRICES, redistribution),
+                Row {
+                    contact: "[contact]\ndisplacements = [\"12.1\"]\ngap = 1.0\nmethod = \"mass-redistribution\"\n".into(),
+                    ..Row::of_contact("matrices of Abaqus, rows by names", NAMED, "")
+                },
+                Row {
+                    extra: "[[probe]]\nname = \"tip\"\nat = [1.0, 0.3]\nquantity = [\"displacement\", \"acceleration\", \"stress\"]\n[[probe]]\nname = \"face\"\nedge = \"right\"\n",
+                    ..plate("`[[probe]]`", "")
+                },
             ],
         ),
         (
@@ -133,6 +142,8 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     ..Row::of_contact("`waves`, a bar without loads", BAR, "method = \"waves\"")
                 },
                 plate("`gap_behind`", "gap_behind = 1.0"),
+                plate("a part of an edge, `from`", "from = [0.5, 1.0]"),
+                plate("a part of an edge, `where`", "where = \"y < 0.2\"\nmethod = \"penalty\""),
                 plate("`friction`", "friction = 0.3"),
                 plate("`friction` on a belt", "friction = 0.3\nsurface = [0.0, 0.1]"),
                 Row::of_contact(
@@ -260,8 +271,9 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
 }
 
 /// A command: its heading, the scene it wants, its arguments; `@` is the scene's file, `=NAME` the file that the command with that heading wrote.
-const COLUMNS: [(&str, Scene, &[&str]); 10] = [
+const COLUMNS: [(&str, Scene, &[&str]); 11] = [
     ("run", Scene::Forced, &["run", "@"]),
+    ("trust", Scene::Forced, &["trust", "@"]),
     ("orbit", Scene::Forced, &["orbit", "@"]),
     ("response", Scene::Forced, &["response", "@", "--points", "10"]),
     ("resumed", Scene::Forced, &["response", "@", "--points", "14", "--resume"]),
@@ -308,6 +320,10 @@ fn refusal(stderr: &str) -> String {
 /// Why the answer of a command is none: every frequency has an orbit, a row, a verdict.
 fn flaw(heading: &str, answer: &Value) -> Option<String> {
     let points = answer["points"].as_array();
+    if heading == "trust" {
+        let figures = answer["figures"].as_array().map_or(0, Vec::len);
+        return (figures < 3).then(|| "no figures".into());
+    }
     if ["run", "orbit"].contains(&heading) {
         return None;
     }
@@ -346,6 +362,13 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
             format!("%%MatrixMarket matrix coordinate real symmetric\n4 4 {}\n", entries.len());
         entries.iter().for_each(|(i, j, x)| writeln!(text, "{i} {j} {x}").unwrap());
         std::fs::write(folder.join(name), text).unwrap();
+        // the same with names: node 12 in direction 1 stands last
+        let name_of = |i: &usize| ["3,1", "5,1", "7,1", "12,1"][i - 1];
+        let lines =
+            entries.iter().map(|(i, j, x)| format!("{}, {}, {x:e}", name_of(i), name_of(j)));
+        let lines: Vec<String> = lines.collect();
+        let named = name.replace(".mtx", "_named.mtx");
+        std::fs::write(folder.join(named), lines.join("\n") + "\n").unwrap();
     };
     matrix("M.mtx", &[(1, 1, 1.0), (2, 2, 1.0), (3, 3, 1.0), (4, 4, 0.5)]);
     let stiffness = [
@@ -380,7 +403,10 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
                 None => a.replace('@', &scene.display().to_string()),
             });
             let mut arguments: Vec<String> = arguments.collect();
-            arguments.extend(["-o".into(), file(heading), "--json".into(), "--quiet".into()]);
+            if heading != "trust" {
+                arguments.extend(["-o".into(), file(heading)]);
+            }
+            arguments.extend(["--json".into(), "--quiet".into()]);
             let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
             outcome(heading, &run(&arguments)).map_err(|e| format!("{}, {heading}: {e}", row.name))
         });
@@ -396,7 +422,7 @@ fn page(tables: &[Table]) -> String {
     let mut messages: Vec<&str> = vec![];
     let mut text = String::from(
         "# What goes with what\n\n\
-         Each cell is a run of the program on a small body (`cargo test combinations::`): *yes*, with every frequency answered, or the number of the refusal below. `resumed`: `response --resume`; \
+         Each cell is a run of the program on a small body (`cargo test combinations::`): *yes*, with every frequency answered, or the number of the refusal below. `trust` is `signorini trust`; `resumed`: `response --resume`; \
          `hbm`: `response --method hbm`; `crosscheck` of those series; `sweep`: `response --sweep up`; `through`: `response --through` of that sweep; `backbone` and `viscous` (`backbone --viscous`) of \
          the scene without its damping and its loads. What is not said is that of the plate: method `nbm`, damping by a ratio, a harmonic load in the first mode.\n",
     );

@@ -335,3 +335,44 @@ fn damaged_files_are_refused() {
     }
     assert!(refused > 600, "{refused}");
 }
+
+/// A deck of CalculiX is a mesh: its frequencies are those that CalculiX printed, by elements of this program, at the sets and surfaces of the deck.
+#[test]
+fn decks_are_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let checks = checks();
+    for body in ["block", "brick"] {
+        let of = |held: &str, rest: &str| {
+            let text = format!(
+                "[body]\nkind = 'mesh'\nfile = '{}'\n[[material]]\ngroup = 'BODY'\nyoung = 210000.0\npoisson = 0.3\ndensity = 7.85e-9\n\
+                 [[support]]\ngroup = '{held}'\nfix = ['x', 'y', 'z']\n{rest}",
+                sample(&format!("{body}.inp"))
+            );
+            written(folder.path(), "deck.toml", &text)
+        };
+        let said = json(&["modes", &of("WALL", ""), "--count", "6"]);
+        for (omega, hz) in said["open"]["omega"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .zip(checks[body]["frequencies_hz"].as_array().unwrap())
+        {
+            let (own, wanted) =
+                (omega.as_f64().unwrap() / std::f64::consts::TAU, hz.as_f64().unwrap());
+            assert!(close(own, wanted, 1e-9), "{body}: {own} {wanted}");
+        }
+        // the surface and the set of nodes are the same face
+        let by = |group: &str| {
+            json(&["inspect", &of("WALL", &format!("[contact]\ngroup = '{group}'\ngap = 0.1\n"))])
+        };
+        assert_eq!(by("FRONT")["n_contact"], by("TIP")["n_contact"]);
+    }
+    let said = json(&["inspect", &sample("block.inp")]);
+    assert_eq!((&said["format"], &said["nodes"]), (&Value::from("deck"), &Value::from(36)));
+    let output = run(&["inspect", &sample("assembly.inp")]);
+    let text = String::from_utf8_lossy(&output.stderr).replace('\n', " ");
+    assert!(
+        output.status.code() == Some(2) && text.contains("several parts or instances"),
+        "{text}"
+    );
+}

@@ -169,7 +169,11 @@ fn probes_that_lie_nowhere_are_refused() {
         ("name = 'a'\nnode = 2\nedge = 'left'", "probe[0]", "says twice"),
         ("name = 'a'\nnode = 2\nquantity = []", "probe[0].quantity", "is empty"),
         ("name = 'a'\nnode = 2\nquantity = ['strain']", "quantity", "displacement"),
-        ("name = 'a'\nnode = 2\n[[probe]]\nname = 'a'\nnode = 3", "probe[1].name", "another probe"),
+        (
+            "name = 'a'\nnode = 2\n[[probe]]\nname = 'a'\nnode = 3",
+            "probe[1].name",
+            "is the name of another",
+        ),
     ] {
         let text = format!("{BODY}[[probe]]\n{probe}\n[run]\nuntil = 1.0\n");
         let scene = written(folder.path(), "s.toml", &text);

@@ -1,4 +1,4 @@
-//! `signorini inspect FILE.msh`: what is in a mesh of Gmsh.
+//! `signorini inspect FILE.msh`: what is in a mesh of Gmsh, or in a deck of Abaqus or CalculiX.
 
 use std::fmt::Write as _;
 use std::io::Read as _;
@@ -6,16 +6,18 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use signorini::mesh::gmsh::{File, Imported, Sides, read};
+use signorini::mesh::gmsh::{File, Imported, Sides};
 use signorini::mesh::slender::stiff_in_bending;
 use signorini::mesh::{Mesh, corner};
+use signorini::problem::read_mesh;
 use signorini::report::summary::significant;
 
 use super::{Answer, CliError, Global};
 
-/// Whether a file is a mesh of Gmsh, by its name or its first word.
+/// Whether a file is a mesh, by its name or its first word.
 pub(crate) fn is_mesh(path: &Path) -> bool {
-    let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("msh"));
+    let ends = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+    let named = ends("msh") || ends("inp");
     let mut head = [0; 11];
     let read = std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut head));
     named || (read.is_ok() && &head == b"$MeshFormat")
@@ -25,7 +27,7 @@ pub(crate) fn is_mesh(path: &Path) -> bool {
 pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let refuse = |e: &dyn std::fmt::Display| CliError::Input(format!("{}: {e}", path.display()));
     let bytes = std::fs::read(path).map_err(|e| refuse(&e))?;
-    let file = read(&bytes).map_err(|e| refuse(&e))?;
+    let file = read_mesh(&bytes).map_err(|e| refuse(&e))?;
     // what cannot be a body is told all the same, with the reason
     let body = file.body(1.0, &[]);
     let (found, why) = match &body {
@@ -81,7 +83,11 @@ fn as_text(path: &Path, file: &File, body: Option<&Imported>, why: Option<&str>)
     let mut line = |label: &str, text: String| {
         let _ = writeln!(out, "  {label:<12}{text}");
     };
-    line("file", format!("{}, Gmsh {} ASCII", path.display(), file.version));
+    let format = match file.version.as_str() {
+        "deck" => "deck of Abaqus or CalculiX".to_owned(),
+        version => format!("Gmsh {version} ASCII"),
+    };
+    line("file", format!("{}, {format}", path.display()));
     let types: Vec<String> =
         file.types().into_iter().map(|(t, n)| format!("{n} × {}", t.name)).collect();
     line("elements", types.join(", "));

@@ -60,7 +60,7 @@ use error::print;
 #[command(
     version,
     about,
-    after_help = "Example:\n  signorini run scenarios/plate.toml -o plate.h5\n  signorini plot plate.h5"
+    after_help = "Example:\n  signorini run scenarios/plate.toml -o plate.h5\n  signorini plot plate.h5\n\nWhich command and which method: docs/which.md. What the words of summaries mean: docs/words.md."
 )]
 struct Cli {
     #[command(flatten)]

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use signorini::contact::March;
+use signorini::fem::Finer;
 use signorini::problem::Problem;
 use signorini::scenario::{Body, BodyKind, MassKind, Scene};
 use signorini::store::{Kept, in_bytes, room};
@@ -47,15 +48,21 @@ fn check_one(scene: &Scene, key: &str, b: &Body) -> Result<(), CliError> {
     if b.kind == BodyKind::Matrices {
         return Ok(());
     }
+    // elements of half the size, or the nodes of second order
+    let finer = match (scene.finer, scene.dim()) {
+        (Finer::No, _) => 1.0,
+        (Finer::Raised, _) => 7.0,
+        (Finer::Halved, dim) => f64::from(1 << dim),
+    };
     if let Some(name) = &b.file {
         // some fifty bytes of text a node or element, some fifty times as many of matrices
         let folder = scene.source.file.parent().unwrap_or("".as_ref());
         let bytes = std::fs::metadata(folder.join(name)).map_or(0, |m| m.len());
         let what = format!("{key}.file = {}: {} of mesh", name.display(), in_bytes(bytes));
-        return check_memory(scene, 50.0 * bytes as f64, &what);
+        return check_memory(scene, 50.0 * finer * bytes as f64, &what);
     }
     let count = |x: &usize| *x as f64;
-    let elements: f64 = b.elements.iter().map(count).product();
+    let elements: f64 = finer * b.elements.iter().map(count).product::<f64>();
     let (per_element, per_node) = match b.kind {
         BodyKind::Bar => (4.0, 1.0),
         _ => (64.0, 2.0),

@@ -278,7 +278,10 @@ pub(super) fn given_matrices(
     let body = Body::from_matrices(&mass, &stiffness, &of_contact, length).map_err(|e| {
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
         let key = if of_mass { "body.mass_matrix" } else { "body.stiffness_matrix" };
-        let help = "give a positive definite mass, and a stiffness that opposes some motion";
+        let help = match of_mass {
+            true => "give a positive definite mass. Rows without any follow statically, but motions that mix rows do not: CalculiX leaves some in C3D4, C3D6, C3D15, CPS3, CPS6 and elements with R or I behind; take C3D8, C3D20 or C3D10",
+            false => "give a stiffness that opposes some motion",
+        };
         fault(scene, key, e.to_string(), help)
     })?;
     let elastic = scene.all_sliders().iter().filter(|s| s.stiffness.is_some()).count();

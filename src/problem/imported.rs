@@ -5,9 +5,15 @@ use super::form::Form;
 use super::given::folder;
 use super::materials::generated;
 use crate::fem::{DofMap, Facing, Shape, shape};
+use crate::mesh::deck;
 use crate::mesh::gmsh::{self, File, Imported, Sides};
 use crate::mesh::{ElementKind, Facet, Family, Mesh};
 use crate::scenario::{Body, ContactMethod, Issue, MassKind, Scene, State, StressKey};
+
+/// A mesh of Gmsh, or a deck of Abaqus or CalculiX.
+pub fn read(bytes: &[u8]) -> Result<File, gmsh::GmshError> {
+    if deck::is_deck(bytes) { deck::read(bytes) } else { gmsh::read(bytes) }
+}
 
 /// The mesh of the file of a body, its regions numbered as the materials of the scene, and the tags of its nodes.
 pub(super) fn body(
@@ -20,10 +26,13 @@ pub(super) fn body(
         scene.error(Issue::new(format!("{key}.file"), message, help)).into()
     };
     let bytes = std::fs::read(&path).map_err(|e| {
-        fault(e.to_string(), "give a mesh of Gmsh, relative to the scene".to_owned())
+        fault(
+            e.to_string(),
+            "give a mesh of Gmsh, or a deck (.inp), relative to the scene".to_owned(),
+        )
     })?;
     let of_gmsh = |e: gmsh::GmshError| fault(e.place() + &e.message, e.help.clone());
-    let file = gmsh::read(&bytes).map_err(of_gmsh)?;
+    let file = read(&bytes).map_err(of_gmsh)?;
     let named = |word: &str| Some(file.named(file.dim() - 1, scene.within(body, word)?));
     let pairs = scene.contact.iter().flat_map(|c| &c.obstacles);
     let pairs = pairs.filter_map(|o| Some([named(&o.group)?, named(&o.meeting.as_ref()?.master)?]));

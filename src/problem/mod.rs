@@ -43,6 +43,7 @@ use body::{assemble, contacts};
 use damping::{damping, rayleigh_of};
 use discretisation::discretisation;
 use given::{given_body, given_gaps_behind};
+pub use imported::read as read_mesh;
 use initial::initial_state;
 use loads::loads;
 pub use materials::materials;

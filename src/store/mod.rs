@@ -40,6 +40,7 @@ mod study;
 mod sweep;
 mod table;
 mod trajectory;
+mod watched;
 mod writer;
 
 pub(crate) use background::Background;
@@ -58,7 +59,7 @@ pub use kept::Kept;
 pub use orbits::read_stored_orbit;
 pub(crate) use output::replace_with;
 pub use output::{MARK, Outputs, beside, replace, room};
-pub use probes::{ProbeRecord, StoredProbe};
+pub use probes::ProbeRecord;
 pub(crate) use problem::{write_problem, write_problem_flat};
 pub use raw::{Entry, Held, Raw, attributes, entries, held, read_raw};
 pub use reader::{Stored, StoredForces, StoredFriction};
@@ -69,6 +70,7 @@ pub use state::read_state;
 pub use statement::write_statement;
 pub use stored::StoredFamily;
 pub(crate) use study::{is_collected, write_study};
+pub use watched::StoredProbe;
 pub(crate) use writer::Writer;
 
 use std::path::{Path, PathBuf};

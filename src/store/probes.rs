@@ -1,15 +1,11 @@
-//! `/probes`: motion and stress at places, groups and nodes over time, a group a probe, and what they come to.
+//! What the quantities of probes came to over a run.
 
 use ndarray::Array2;
 
 use super::StoreError;
 use super::careful::Careful;
-use super::kept::Kept;
-use super::table::{Form, Resume, Table};
-use super::write_text;
 use super::writer::Writer;
-use crate::event::Sample;
-use crate::fem::{Probe, Quantity};
+use crate::fem::Quantity;
 
 /// What a quantity of a probe came to.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -25,131 +21,6 @@ pub struct ProbeRecord {
     /// When.
     pub t: Vec<f64>,
 }
-
-/// A quantity of a probe at stored states.
-#[derive(Debug, Clone)]
-pub struct StoredProbe {
-    /// The probe.
-    pub name: String,
-    /// What it watches.
-    pub quantity: Quantity,
-    /// Its components.
-    pub components: Vec<String>,
-    /// A row a state.
-    pub values: Array2<f64>,
-}
-
-/// Unit and meaning of a quantity.
-fn about(quantity: Quantity) -> [&'static str; 2] {
-    match quantity {
-        Quantity::Displacement => ["length", "displacement along the axes"],
-        Quantity::Velocity => ["length/time", "velocity along the axes"],
-        Quantity::Acceleration => [
-            "length/time²",
-            "acceleration along the axes; not a number where the scheme knows none",
-        ],
-        Quantity::Stress => ["stress", "stress, positive in tension"],
-    }
-}
-
-/// The values of all probes at a state, in the order of the tables.
-pub(super) fn values(probes: &[Probe], s: &Sample) -> Vec<Vec<f64>> {
-    let of = |p: &Probe| p.quantities.iter().map(|q| p.of(*q, [s.u, s.v, s.a])).collect::<Vec<_>>();
-    probes.iter().flat_map(of).collect()
-}
-
-/// The open tables.
-pub(super) struct Watched(Vec<Table<f64>>);
-
-impl Watched {
-    /// Create all groups.
-    pub fn create(file: &hdf5::File, kept: &Kept, chunk: usize) -> Result<Self, StoreError> {
-        let mut tables = vec![];
-        if kept.probes.is_empty() {
-            return Ok(Watched(tables));
-        }
-        let all = file.create_group("probes")?;
-        for probe in kept.probes.iter() {
-            let group = all.create_group(&probe.name)?;
-            for quantity in &probe.quantities {
-                let components = quantity.components(probe.dim);
-                let table = Table::create(
-                    &group,
-                    quantity.name(),
-                    Form::plain(Some(components.len()), chunk),
-                )?;
-                let dataset = group.dataset(quantity.name())?;
-                let [units, what] = about(*quantity);
-                write_text(&dataset, "units", units)?;
-                write_text(&dataset, "description", what)?;
-                write_text(&dataset, "components", &components.join(" "))?;
-                tables.push(table);
-            }
-        }
-        Ok(Watched(tables))
-    }
-
-    /// Go on with the tables of a file.
-    pub fn reopen(file: &hdf5::File, kept: &Kept, place: Resume) -> Result<Self, StoreError> {
-        let mut tables = vec![];
-        for probe in kept.probes.iter() {
-            let group = file.group(&format!("probes/{}", probe.name))?;
-            for quantity in &probe.quantities {
-                tables.push(Table::reopen(&group, quantity.name(), place)?);
-            }
-        }
-        Ok(Watched(tables))
-    }
-
-    pub fn push(&mut self, values: &[Vec<f64>]) {
-        self.0.iter_mut().zip(values).for_each(|(table, row)| table.push(row));
-    }
-
-    pub fn waiting_bytes(&self) -> u64 {
-        self.0.iter().map(Table::waiting_bytes).sum()
-    }
-
-    pub fn append(&mut self) -> Result<(), StoreError> {
-        self.0.iter_mut().try_for_each(Table::append)
-    }
-}
-
-/// All that a file has of probes.
-pub(super) fn read(file: &hdf5::File) -> Result<Vec<StoredProbe>, StoreError> {
-    let mut all = vec![];
-    let Ok(group) = file.group("probes") else { return Ok(all) };
-    for name in group.member_names()? {
-        let own = group.group(&name)?;
-        for quantity in Quantity::ALL.into_iter().filter(|q| own.link_exists(q.name())) {
-            let dataset = own.dataset(quantity.name())?;
-            let components = super::read_text(&dataset, "components").unwrap_or_default();
-            let components = components.split_whitespace().map(str::to_owned).collect();
-            let values = dataset.table()?;
-            all.push(StoredProbe { name: name.clone(), quantity, components, values });
-        }
-    }
-    Ok(all)
-}
-
-impl StoredProbe {
-    /// Whether it has so many states, and names for its components.
-    pub(super) fn fits(&self, rows: usize) -> bool {
-        self.values.dim() == (rows, self.components.len())
-    }
-
-    /// Its components that are not zero throughout, as far as they are known.
-    pub fn components_that_act(&self) -> Vec<usize> {
-        let largest = |c: usize| {
-            let known = self.values.column(c);
-            known.iter().filter(|x| x.is_finite()).fold(0.0f64, |m, x| m.max(x.abs()))
-        };
-        let floor = ROUNDING * (0..self.components.len()).map(largest).fold(0.0, f64::max);
-        (0..self.components.len()).filter(|c| largest(*c) > floor).collect()
-    }
-}
-
-/// Components below this part of the largest are rounding.
-const ROUNDING: f64 = 1e-9;
 
 impl Writer {
     /// What the quantities of probes came to; not those that nobody knows.

@@ -8,7 +8,7 @@ use ndarray::Array2;
 use super::careful::{Careful, open, reading};
 use super::columns::{ENERGY, FRICTION};
 use super::events::{point_of, read_states};
-use super::probes::{self, StoredProbe};
+use super::watched::{self, StoredProbe};
 use super::{StoreError, read_text};
 use crate::contact::States;
 use crate::fem::interpolate::{Cell, elements_at, is_between_surfaces};
@@ -330,7 +330,7 @@ impl Stored {
                 self.forces.push(StoredForces { kind, names, values });
             }
         }
-        self.probes = probes::read(file)?;
+        self.probes = watched::read(file)?;
         self.switch_t = switches.dataset("t")?.values()?;
         let nodes: Vec<i64> = switches.dataset("node")?.values()?;
         self.switch_node = nodes.into_iter().map(|i| i as usize).collect();

@@ -1,7 +1,7 @@
 //! A stored state as a file keeps it.
 
 use super::kept::Kept;
-use super::probes;
+use super::watched;
 use crate::contact::{Borne, States, Strayed};
 use crate::event::{Energies, Sample};
 
@@ -35,7 +35,7 @@ impl Row {
             forces: kept.resultants.of(s.pressure, s.traction),
             borne: kept.borne(s),
             strayed: kept.excursions.of(&kept.body, s.u),
-            probes: probes::values(&kept.probes, s),
+            probes: watched::values(&kept.probes, s),
             energies: s.energies,
             jumps: s.jumps,
         }

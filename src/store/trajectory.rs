@@ -6,10 +6,10 @@ use super::columns::{
     ENERGY, FORCES, FRICTION, MOMENTA, ROTATIONS, SLIDING, SPRINGS, STATES, SUPPORTS, TRACTIONS,
 };
 use super::kept::Kept;
-use super::probes::Watched;
 use super::row::Row;
 use super::schema::{About, Column, Rows};
 use super::table::{Form, Resume};
+use super::watched::Watched;
 
 /// Aim of a chunk's size in bytes.
 const CHUNK_BYTES: usize = 256 * 1024;

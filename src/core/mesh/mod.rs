@@ -6,6 +6,8 @@
 
 #[doc(hidden)]
 pub mod corner;
+pub mod deck;
+pub(crate) mod fortran;
 pub mod gmsh;
 mod kind;
 mod placed;

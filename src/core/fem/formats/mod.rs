@@ -10,16 +10,15 @@
 
 mod harwell_boeing;
 mod npz;
-mod numbers;
 mod triplets;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fmt;
 
 use super::matrix_market::parse_matrix_market;
 use super::sparse::Csr;
 
-pub(crate) use numbers::real;
+use crate::mesh::fortran::real;
 
 /// A displacement as the program that made a matrix calls it: node and direction, `109.3`; 1 2 3 along x y z, 4 5 6 rotations, 0 a scalar.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -152,12 +151,10 @@ fn distinct(names: Vec<DofName>) -> Result<Vec<DofName>, String> {
 
 /// The whole of a symmetric matrix of `n` rows from its entries, of which one triangle may be missing; `partly`: of some entries the mirror image may.
 fn whole(n: usize, entries: Vec<(usize, usize, f64)>, partly: bool) -> Result<(Csr, bool), String> {
-    let given = Csr::from_triplets(n, n, entries.clone());
-    if given.n_entries() < entries.len() {
-        return Err(format!("{} entries stand there twice", entries.len() - given.n_entries()));
+    let mut known: HashSet<(usize, usize)> = HashSet::with_capacity(entries.len());
+    if let Some((i, j, _)) = entries.iter().find(|e| !known.insert((e.0, e.1))) {
+        return Err(format!("entry ({}, {}) stands there twice", i + 1, j + 1));
     }
-    let mut known: std::collections::HashSet<(usize, usize)> = Default::default();
-    known.extend(entries.iter().map(|e| (e.0, e.1)));
     let alone = |e: &&(usize, usize, f64)| e.0 != e.1 && !known.contains(&(e.1, e.0));
     let missing: Vec<_> = entries.iter().filter(alone).map(|&(i, j, v)| (j, i, v)).collect();
     let off_diagonal = entries.iter().filter(|e| e.0 != e.1).count();
