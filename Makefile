@@ -120,6 +120,10 @@ pictures: build peers
 	$(BIN) run scenarios/joint.toml -o out/joint.h5 --force -q
 	$(BIN) plot out/joint.h5 --only friction
 	cp out/joint-friction.png docs/friction-loops.png
+	$(BIN) run scenarios/probed-plate.toml -o out/probed.h5 --force -q
+	$(BIN) plot out/probed.h5 --only probes,spectra --dpi 110
+	cp out/probed-probes.png docs/probes.png
+	cp out/probed-spectra.png docs/spectra.png
 	$(BIN) run scenarios/blocks.toml -o out/blocks.h5 --force -q
 	$(BIN) plot out/blocks.h5 --only forces
 	cp out/blocks-forces.png docs/forces.png

@@ -297,7 +297,8 @@ enum Outcome {
 fn refusal(stderr: &str) -> String {
     let mut words = vec![];
     let mut takes = true;
-    for line in stderr.lines() {
+    let is_warning = |l: &&str| l.starts_with("signorini: WARNING");
+    for line in stderr.lines().filter(|l| !is_warning(l)) {
         let bare = line.trim().trim_start_matches(['×', '│', ' ']);
         if line.contains('╭') {
             takes = false;

@@ -88,7 +88,8 @@ fn every_format_has_the_frequencies_of_its_program() {
         {
             let (own, wanted) =
                 (omega.as_f64().unwrap() / std::f64::consts::TAU, hz.as_f64().unwrap());
-            assert!(close(own, wanted, 2e-10), "{k}: {own} {wanted}");
+            // printed with nine to twelve digits
+            assert!(close(own, wanted, 1e-9), "{k}: {own} {wanted}");
         }
     }
     for body in ["block", "plate", "brick"] {
@@ -201,8 +202,14 @@ fn names_stand_for_rows() {
     );
     let [c, d] =
         [(&minus, "c.h5"), (&by_hand, "d.h5")].map(|(s, o)| json(&["run", s, "-o", &at(o)]));
-    assert_eq!(c["switches"], d["switches"]);
-    assert_ne!(a["switches"], c["switches"]);
+    // nodes that mirror each other switch at one time, in the order of rounding
+    let times = |said: &Value| -> Vec<f64> {
+        said["switches"].as_array().unwrap().iter().map(|s| s["t"].as_f64().unwrap()).collect()
+    };
+    let (of_a, of_c, of_d) = (times(&a), times(&c), times(&d));
+    assert!(of_c.len() == of_d.len() && of_c.len() > 4, "{} {}", of_c.len(), of_d.len());
+    assert!(of_c.iter().zip(&of_d).all(|(c, d)| (c - d).abs() < 1e-8 * 4e-4), "{of_c:?} {of_d:?}");
+    assert!((of_a[0] - of_c[0]).abs() > 1e-6, "{of_a:?}");
     for (names, words) in [
         ("['1019.1']", "no row is called \"1019.1\""),
         ("['109.4']", "this node has 109.1, 109.2, 109.3"),

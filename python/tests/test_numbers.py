@@ -85,7 +85,9 @@ def test_attributes_have_the_names_of_the_json_keys(tmp_path, command):
     for r in [sg.run("scenarios/plate.toml"), sg.open(tmp_path / "a.h5")]:
         for key, value in said.items():
             mine = getattr(r, key)
-            if key in ("switches", "grazings", "forces", "excursions"):
+            if key == "probes":
+                assert value == [] and mine == {}
+            elif key in ("switches", "grazings", "forces", "excursions"):
                 assert len(mine) == len(value)
                 for name in value[0] if value else ():
                     assert [row[name] for row in value] == mine[name].tolist()
@@ -103,6 +105,17 @@ def test_excursions_are_those_of_the_command_line(tmp_path, command):
     for mine in [sg.run("scenarios/blocks.toml").excursions, sg.open(tmp_path / "b.h5").excursions]:
         for name in value[0]:
             assert [row[name] for row in value] == mine[name].tolist()
+
+
+def test_probes_see_what_the_trajectory_has(tmp_path):
+    scene = sg.Scene("scenarios/plate.toml")
+    text = scene.text if isinstance(getattr(scene, "text", None), str) else open("scenarios/plate.toml").read()
+    path = tmp_path / "probed.toml"
+    path.write_text(text + '\n[[probe]]\nname = "tip"\nnode = 20\nquantity = ["displacement", "stress"]\n')
+    r = sg.run(path)
+    assert set(r.probes) == {"tip"} and set(r.probes["tip"]) == {"displacement", "stress"}
+    assert np.array_equal(r.probes["tip"]["displacement"], r.displacement(20)[:, :2])
+    assert r.probes["tip"]["stress"].shape == (len(r.t), 4)
 
 
 def test_orbit_is_that_of_the_command_line(tmp_path, command):

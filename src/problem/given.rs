@@ -237,7 +237,9 @@ pub(super) fn given_body(
 ) -> Result<(Body, BoundaryOperator, Vec<f64>), ProblemError> {
     let (body, rows, gap) = given_matrices(scene, true)?;
     let operator = match scene.contact.as_ref() {
-        None => BoundaryOperator::none(body.dofs.n_o),
+        None if rows.all().next().is_none() => BoundaryOperator::none(body.dofs.n_o),
+        // rows without mass alone
+        None => boundary::reaction(&body, vec![1.0; rows.all().count()]),
         Some(c) if c.is_reaction() => boundary::reaction(&body, vec![1.0; rows.all().count()]),
         Some(c) => given_operator(scene, c, &body)?,
     };

@@ -31,7 +31,7 @@ mod table;
 
 use crate::contact::{
     ContactError, Gaps, Instants, March, MassChoice, Restitution, Rubs, Rule, State, Stepping,
-    System,
+    Stress, System,
 };
 use crate::fem::{Body, FemError};
 use crate::scenario::{Activation, BodyKind, Contact, ContactMethod, Integrator, Issue, Scene};
@@ -170,6 +170,11 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
             let (body, operator, gap) = given_body(scene)?;
             let behind = given_gaps_behind(scene, &gap)?;
             let rubs = rubs(scene, &body)?;
+            // rows without mass follow as nodal reactions make them
+            let choice = match scene.contact {
+                None if body.dofs.n_c > 0 => (Stress::Reaction, MassChoice::Condensed),
+                _ => choice,
+            };
             System::with_operator(body, operator, Gaps { front: gap, behind }, choice, rubs)
         }
         _ => {

@@ -132,10 +132,10 @@ fn end_of(curves: &[(String, Spectrum)]) -> f64 {
 /// A spectrum in decades, up to a frequency.
 fn spectrum(label: (&str, &str), curves: Vec<(String, Spectrum)>, end: f64) -> Cell<'static> {
     let most = most(&curves);
-    let log = |a: f64| a.max(f64::MIN_POSITIVE).log10().max(most - DECADES);
     let shown = |s: &Spectrum| -> Vec<Point> {
         let lines = s.frequency.iter().zip(&s.amplitude).skip(1);
-        lines.filter(|(f, _)| **f <= end).map(|(f, a)| (*f, log(*a))).collect()
+        let lines = lines.filter(|(f, a)| **f <= end && a.log10() >= most - DECADES);
+        lines.map(|(f, a)| (*f, a.log10())).collect()
     };
     let lines: Vec<(String, Vec<Point>)> =
         curves.into_iter().map(|(name, s)| (name, shown(&s))).collect();
