@@ -188,13 +188,17 @@ pub(super) fn square(scene: &Scene, key: &str, name: Option<&String>) -> Result<
         false => {
             let place: HashMap<&DofName, usize> =
                 names.iter().enumerate().map(|(k, name)| (name, k)).collect();
-            let strange = written.names.iter().find(|name| !place.contains_key(name));
+            let is_held = |name: &DofName| scene.rows.held.contains(name);
+            let strange =
+                written.names.iter().find(|name| !place.contains_key(name) && !is_held(name));
             if let Some(name) = strange {
                 let message = format!("{file} has a row {name}, which the stiffness has not");
                 return Err(fault(scene, key, message, help));
             }
-            let at = |k: usize| place[&written.names[k]];
-            let entries = written.matrix.triplets().map(|(i, j, v)| (at(i), at(j), v)).collect();
+            // what is held is no row, though it may have a mass
+            let at = |k: usize| place.get(&written.names[k]).copied();
+            let entries = written.matrix.triplets();
+            let entries = entries.filter_map(|(i, j, v)| Some((at(i)?, at(j)?, v))).collect();
             Csr::from_triplets(n, n, entries)
         }
     };

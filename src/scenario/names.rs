@@ -31,6 +31,8 @@ impl JsonSchema for Row {
 pub struct RowNames {
     /// Their names in their order; none where nobody says.
     pub names: Vec<DofName>,
+    /// Displacements that the program holds, and that its mass may have all the same.
+    pub held: Vec<DofName>,
     /// Rows that count the other way: contact displacements whose names have a minus.
     pub flipped: Vec<usize>,
     /// Names that stand in the scene and are not known, as where a stored scene is read without the files beside it.
@@ -68,12 +70,14 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
         return Ok(same());
     };
     let folder = path.parent().unwrap_or(Path::new(""));
-    let names = names_of(folder, &file);
+    let (names, held) =
+        names_of(folder, &file).map_or_else(|why| (Err(why), vec![]), |n| (Ok(n.0), n.1));
     let known: HashMap<String, usize> = match &names {
         Ok(names) => names.iter().enumerate().map(|(k, name)| (name.to_string(), k)).collect(),
         Err(_) => HashMap::new(),
     };
-    let mut found = RowNames { names: names.clone().unwrap_or_default(), ..RowNames::default() };
+    let names_known = names.clone().unwrap_or_default();
+    let mut found = RowNames { names: names_known, held, ..RowNames::default() };
     let mut out = text.to_owned();
     let mut placed: Vec<(std::ops::Range<usize>, String)> = vec![];
     for (table, key) in ROWS {
@@ -145,8 +149,8 @@ fn values<'t>(
     all
 }
 
-/// The names of the rows of a matrix, from its file or from one beside it.
-fn names_of(folder: &Path, file: &str) -> Result<Vec<DofName>, String> {
+/// The names of the rows of a matrix, from its file or from one beside it, and those of what is held.
+fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), String> {
     let FileName { file, dataset } = FileName::parse(file);
     if dataset.is_some() {
         return Err(format!("{file} has no names"));
@@ -156,7 +160,8 @@ fn names_of(folder: &Path, file: &str) -> Result<Vec<DofName>, String> {
     for (ending, parse) in [("dof", parse_dof_names as Parse), ("mapping", parse_mapping)] {
         let beside = path.with_extension(ending);
         if let Ok(text) = std::fs::read_to_string(&beside) {
-            return parse(&text).map_err(|why| format!("{}: {why}", beside.display()));
+            let names = parse(&text).map(|names| (names, vec![]));
+            return names.map_err(|why| format!("{}: {why}", beside.display()));
         }
     }
     let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
@@ -169,7 +174,9 @@ fn names_of(folder: &Path, file: &str) -> Result<Vec<DofName>, String> {
             path.display()
         ));
     }
-    read_matrix(&bytes).map(|w| w.names).map_err(|why| format!("{}: {why}", path.display()))
+    read_matrix(&bytes)
+        .map(|w| (w.names, w.held))
+        .map_err(|why| format!("{}: {why}", path.display()))
 }
 
 /// A name that is none, with what there is.
