@@ -81,8 +81,7 @@ fn the_error_of_a_cantilever_is_what_it_says() {
     let held = "[[support]]\ngroup = 'left'\nfix = ['x', 'y']\n";
     let plane = |kind, cells, name: &str| {
         let mesh = rectangle(kind, [0.0, 10.0], 1.0, cells, 0.0);
-        let scene = scene(folder.path(), name, &mesh, held);
-        scene
+        scene(folder.path(), name, &mesh, held)
     };
     let truth =
         numbers(&json(&["modes", &plane(ElementKind::Quad9, (80, 8), "fine")])["open"]["omega"]);

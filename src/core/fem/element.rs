@@ -156,9 +156,9 @@ impl Shape<'_> {
             let gradients = (0..dim).map(|c| axes[c].map(|x| -2.0 * local[c] * scaled * x));
             let g = Station { values: vec![0.0; dim], gradients: gradients.collect(), ..s }
                 .strain(dim, false);
-            let stress = d * &strain;
+            let stress = d * strain;
             energy += volume * strain.dot(&stress);
-            r += g.transpose() * &stress * volume;
+            r += g.transpose() * stress * volume;
             h += g.transpose() * (d * &g) * volume;
         }
         let relief = h.cholesky().map_or(0.0, |h| r.dot(&h.solve(&r)));

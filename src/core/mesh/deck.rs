@@ -146,6 +146,9 @@ enum Member {
     Set(String),
 }
 
+/// A face of a surface: its line, an element or set, the number behind S.
+type Face = (usize, Member, usize);
+
 /// Sets by name, in the order in which they came.
 #[derive(Debug, Default)]
 struct Sets(Vec<(String, Vec<Member>)>);
@@ -190,7 +193,7 @@ struct Deck {
     node_sets: Sets,
     element_sets: Sets,
     /// Surfaces: element or set, and its face.
-    surfaces: Vec<(String, Vec<(usize, Member, usize)>)>,
+    surfaces: Vec<(String, Vec<Face>)>,
     parts: usize,
     instances: usize,
 }
