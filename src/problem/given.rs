@@ -267,7 +267,8 @@ pub(super) fn given_matrices(
     let own: Vec<usize> = rows.all().collect();
     let has_mass = |i: &usize| mass.row(*i).any(|e| e.1 != 0.0);
     let without: Vec<usize> = (0..n).filter(|i| !has_mass(i) && !own.contains(i)).collect();
-    if constrained && !without.is_empty() {
+    // of a file that lacks most of its mass something else is wrong
+    if constrained && !without.is_empty() && 2 * without.len() < n {
         check_followers(scene, without.len(), n)?;
         rows.against.resize(rows.facing.len(), vec![]);
         rows.idle.extend(&without);

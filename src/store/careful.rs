@@ -1,6 +1,7 @@
 //! Opening files, and reading datasets whose sizes are not believed.
 
 use std::path::Path;
+use std::time::Duration;
 
 use ndarray::Array2;
 
@@ -55,5 +56,18 @@ pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
     if !path.is_file() {
         return Err(StoreError::unusable(path, "no such file"));
     }
-    hdf5::File::open(path).map_err(|_| StoreError::unusable(path, "not an HDF5 file, or damaged"))
+    let damaged = || StoreError::unusable(path, "not an HDF5 file, or damaged");
+    // a child that another thread starts holds the locks of this process until it has become its program
+    for _ in 0..PATIENCE {
+        match hdf5::File::open(path) {
+            Ok(file) => return Ok(file),
+            Err(e) if e.to_string().contains("lock") => std::thread::sleep(BETWEEN),
+            Err(_) => return Err(damaged()),
+        }
+    }
+    hdf5::File::open(path).map_err(|_| damaged())
 }
+
+/// How often a file that somebody locks is tried, and how long between.
+const PATIENCE: usize = 20;
+const BETWEEN: Duration = Duration::from_millis(10);
