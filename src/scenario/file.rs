@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Scene;
+use super::names::BESIDE;
 
 /// What a key says that names a file: a path, or a matrix in a file as `FILE.h5:/dataset`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,10 +47,22 @@ impl Scene {
         matrices.map(|(key, name)| (key, name.clone())).chain(others).chain(tables).collect()
     }
 
-    /// All files that it names, seen from where its own path is.
+    /// Whether the rows of its matrices have names.
+    fn has_names(&self) -> bool {
+        !self.rows.names.is_empty()
+    }
+
+    /// All files that it names, and those that stand beside them, seen from where its own path is.
     pub fn files(&self) -> Vec<PathBuf> {
         let folder = self.source.file.parent().unwrap_or(Path::new(""));
         let names = self.named_files();
-        names.iter().map(|(_, name)| folder.join(FileName::parse(name).file)).collect()
+        let mut all: Vec<PathBuf> =
+            names.iter().map(|(_, name)| folder.join(FileName::parse(name).file)).collect();
+        // the names of its rows
+        if let Some(stiffness) = self.body.stiffness_matrix.as_ref().filter(|_| self.has_names()) {
+            let beside = |ending: &&str| folder.join(stiffness).with_extension(ending);
+            all.extend(BESIDE.iter().map(beside).filter(|path| path.is_file()));
+        }
+        all
     }
 }

@@ -39,6 +39,9 @@ pub struct RowNames {
     pub missing: Option<Issue>,
 }
 
+/// Endings of files of names beside a matrix.
+pub(super) const BESIDE: [&str; 2] = ["dof", "mapping"];
+
 /// Keys whose values are rows: table, key.
 const ROWS: [(&str, &str); 14] = [
     ("contact", "displacements"),
@@ -157,7 +160,7 @@ fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), S
     }
     let path = folder.join(file);
     type Parse = fn(&str) -> Result<Vec<DofName>, String>;
-    for (ending, parse) in [("dof", parse_dof_names as Parse), ("mapping", parse_mapping)] {
+    for (ending, parse) in BESIDE.into_iter().zip([parse_dof_names as Parse, parse_mapping]) {
         let beside = path.with_extension(ending);
         if let Ok(text) = std::fs::read_to_string(&beside) {
             let names = parse(&text).map(|names| (names, vec![]));
