@@ -31,7 +31,7 @@ const FILES: [&str; 12] = [
 ];
 
 /// Keys whose values are texts that name no file.
-const WORDS: [&str; 32] = [
+const WORDS: [&str; 50] = [
     "title",
     "contact.gap",
     "contact.gap_behind",
