@@ -335,7 +335,7 @@ class Run(Result):
         if "probes" not in self:
             return {}
         group = self["probes"]
-        return {name: {quantity: group[name][quantity] for quantity in group[name]} for name in group}
+        return {name: {quantity: group[name][quantity] for quantity in group[name].keys()} for name in group.keys()}
 
     @property
     def excursions(self) -> np.recarray:
