@@ -296,6 +296,9 @@ impl Deck {
         element: &mut Vec<i64>,
     ) -> Result<(), GmshError> {
         let words: Vec<&str> = text.split(',').map(str::trim).filter(|w| !w.is_empty()).collect();
+        if words.is_empty() {
+            return Ok(());
+        }
         let whole = |w: &str| {
             w.parse::<i64>().map_err(|_| {
                 error(
@@ -393,7 +396,7 @@ impl Deck {
                             ));
                         }
                     };
-                    if (last - first) / step > 100_000_000 {
+                    if last.saturating_sub(first) / step > 100_000_000 {
                         return Err(error(
                             line,
                             "GENERATE makes more members than can be held",
@@ -617,6 +620,9 @@ mod tests {
             let said = read(SQUARE.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
             assert!(said.contains(words), "{from}: {said}");
         }
+        // lines of commas alone say nothing
+        let odd = SQUARE.replacen("*STEP", ",\n*NODE\n,,\n*SURFACE, NAME=x\n,\n*STEP", 1);
+        assert!(read(odd.as_bytes()).is_ok());
         assert!(read(b"*NODE\n1, 0, 0\n").unwrap_err().to_string().contains("no elements"));
     }
 }
