@@ -38,6 +38,16 @@ fn close(a: f64, b: f64, slack: f64) -> bool {
     (a - b).abs() <= slack * b.abs()
 }
 
+/// The first six frequencies of a scene are those that CalculiX printed, with nine to twelve digits.
+fn same_frequencies(scene: &str, check: &Value, what: &str) {
+    let said = json(&["modes", scene, "--count", "6"]);
+    let printed = check["frequencies_hz"].as_array().unwrap();
+    for (omega, hz) in said["open"]["omega"].as_array().unwrap().iter().zip(printed) {
+        let own = omega.as_f64().unwrap() / std::f64::consts::TAU;
+        assert!(close(own, hz.as_f64().unwrap(), 1e-9), "{what}: {own} {hz}");
+    }
+}
+
 /// Orders, entries, traces, and masses by direction, of files of CalculiX.
 #[test]
 fn inspect_tells_what_calculix_wrote() {
@@ -79,18 +89,7 @@ fn every_format_has_the_frequencies_of_its_program() {
         ("block", "block_K.npz", "block_M.npz"),
     ] {
         let scene = scene(folder.path(), "s", [&sample(k), &sample(m)], "");
-        let said = json(&["modes", &scene, "--count", "6"]);
-        for (omega, hz) in said["open"]["omega"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .zip(checks[body]["frequencies_hz"].as_array().unwrap())
-        {
-            let (own, wanted) =
-                (omega.as_f64().unwrap() / std::f64::consts::TAU, hz.as_f64().unwrap());
-            // printed with nine to twelve digits
-            assert!(close(own, wanted, 1e-9), "{k}: {own} {wanted}");
-        }
+        same_frequencies(&scene, &checks[body], k);
     }
     for body in ["block", "plate", "brick"] {
         let check = &checks[body]["static"];
@@ -358,17 +357,7 @@ fn decks_are_meshes() {
             );
             written(folder.path(), "deck.toml", &text)
         };
-        let said = json(&["modes", &of("WALL", ""), "--count", "6"]);
-        for (omega, hz) in said["open"]["omega"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .zip(checks[body]["frequencies_hz"].as_array().unwrap())
-        {
-            let (own, wanted) =
-                (omega.as_f64().unwrap() / std::f64::consts::TAU, hz.as_f64().unwrap());
-            assert!(close(own, wanted, 1e-9), "{body}: {own} {wanted}");
-        }
+        same_frequencies(&of("WALL", ""), &checks[body], body);
         // the surface and the set of nodes are the same face
         let by = |group: &str| {
             json(&["inspect", &of("WALL", &format!("[contact]\ngroup = '{group}'\ngap = 0.1\n"))])

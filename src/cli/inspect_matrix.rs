@@ -5,8 +5,9 @@ use std::path::Path;
 
 use serde_json::json;
 
-use signorini::fem::formats::{DofName, Written, parse_dof_names, parse_mapping, read_matrix};
+use signorini::fem::formats::{DofName, Written, read_matrix};
 use signorini::report::summary::significant;
+use signorini::scenario::names_beside;
 
 use super::{Answer, CliError, Global};
 
@@ -24,15 +25,7 @@ fn names(path: &Path, written: &Written) -> Result<Vec<DofName>, CliError> {
     if !written.names.is_empty() {
         return Ok(written.names.clone());
     }
-    type Parse = fn(&str) -> Result<Vec<DofName>, String>;
-    for (ending, parse) in [("dof", parse_dof_names as Parse), ("mapping", parse_mapping)] {
-        let beside = path.with_extension(ending);
-        if let Ok(text) = std::fs::read_to_string(&beside) {
-            let input = |why: String| CliError::Input(format!("{}: {why}", beside.display()));
-            return parse(&text).map_err(input);
-        }
-    }
-    Ok(vec![])
+    names_beside(path).unwrap_or(Ok(vec![])).map_err(CliError::Input)
 }
 
 /// Say what it holds.

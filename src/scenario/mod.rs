@@ -66,7 +66,7 @@ pub(crate) use method::{
     Activation, Instants, METHOD_KEYS, RedistributedMass, StressKey, TangentKey,
 };
 pub use method::{ContactMethod, Inertia};
-pub use names::RowNames;
+pub use names::{RowNames, names_beside};
 pub(crate) use orbit::Beta;
 pub use orbit::{Auto, Orbit};
 pub use probe::Probe;

@@ -79,8 +79,8 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
         Ok(names) => names.iter().enumerate().map(|(k, name)| (name.to_string(), k)).collect(),
         Err(_) => HashMap::new(),
     };
-    let names_known = names.clone().unwrap_or_default();
-    let mut found = RowNames { names: names_known, held, ..RowNames::default() };
+    let known_names = names.clone().unwrap_or_default();
+    let mut found = RowNames { names: known_names, held, ..RowNames::default() };
     let mut out = text.to_owned();
     let mut placed: Vec<(std::ops::Range<usize>, String)> = vec![];
     for (table, key) in ROWS {
@@ -152,6 +152,16 @@ fn values<'t>(
     all
 }
 
+/// The names in the file that stands beside a matrix, if there is one.
+pub fn names_beside(path: &Path) -> Option<Result<Vec<DofName>, String>> {
+    type Parse = fn(&str) -> Result<Vec<DofName>, String>;
+    BESIDE.into_iter().zip([parse_dof_names as Parse, parse_mapping]).find_map(|(ending, parse)| {
+        let beside = path.with_extension(ending);
+        let text = std::fs::read_to_string(&beside).ok()?;
+        Some(parse(&text).map_err(|why| format!("{}: {why}", beside.display())))
+    })
+}
+
 /// The names of the rows of a matrix, from its file or from one beside it, and those of what is held.
 fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), String> {
     let FileName { file, dataset } = FileName::parse(file);
@@ -159,13 +169,8 @@ fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), S
         return Err(format!("{file} has no names"));
     }
     let path = folder.join(file);
-    type Parse = fn(&str) -> Result<Vec<DofName>, String>;
-    for (ending, parse) in BESIDE.into_iter().zip([parse_dof_names as Parse, parse_mapping]) {
-        let beside = path.with_extension(ending);
-        if let Ok(text) = std::fs::read_to_string(&beside) {
-            let names = parse(&text).map(|names| (names, vec![]));
-            return names.map_err(|why| format!("{}: {why}", beside.display()));
-        }
+    if let Some(names) = names_beside(&path) {
+        return names.map(|names| (names, vec![]));
     }
     let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let is_labelled = |line: &&str| !line.trim_start().starts_with('*') && !line.trim().is_empty();

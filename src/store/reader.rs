@@ -8,7 +8,7 @@ use ndarray::Array2;
 use super::careful::{Careful, open, reading};
 use super::columns::{ENERGY, FRICTION};
 use super::events::{point_of, read_states};
-use super::watched::{self, StoredProbe};
+use super::watched::{self, StoredProbe, columns_that_act};
 use super::{StoreError, read_text};
 use crate::contact::States;
 use crate::fem::interpolate::{Cell, elements_at, is_between_surfaces};
@@ -137,17 +137,12 @@ impl StoredForces {
 
     /// The components that are more than rounding, with what they are called; none where nobody knows them.
     pub fn components_that_act(&self) -> Vec<(usize, String)> {
-        let largest = |values: &mut dyn Iterator<Item = &f64>| {
-            values.filter(|x| x.is_finite()).fold(0.0f64, |m, x| m.max(x.abs()))
-        };
-        let floor = ROUNDING * largest(&mut self.values.iter());
         let dim = self.components();
-        let acts = |c: &usize| largest(&mut self.values.column(*c).iter()) > floor;
         let called = |c: usize| match (&self.names[c / dim], dim) {
             (name, 1) => name.clone(),
             (name, _) => format!("{name}, {}", ["x", "y", "z"][c % dim]),
         };
-        (0..self.values.ncols()).filter(acts).map(|c| (c, called(c))).collect()
+        columns_that_act(&self.values).into_iter().map(|c| (c, called(c))).collect()
     }
 
     fn fits(&self, rows: usize) -> bool {
@@ -711,9 +706,6 @@ impl Stored {
         self.held[i].map_or(f64::NAN, |k| table[(row, k)])
     }
 }
-
-/// Components of forces below this part of the largest of a kind are rounding.
-const ROUNDING: f64 = 1e-9;
 
 /// Shares of the largest area below which a master's node is not covered.
 const COVERED: f64 = 1e-6;

@@ -121,16 +121,21 @@ impl StoredProbe {
         self.values.dim() == (rows, self.components.len())
     }
 
-    /// Its components that are not zero throughout, as far as they are known.
+    /// Its components that are more than rounding, as far as they are known.
     pub fn components_that_act(&self) -> Vec<usize> {
-        let largest = |c: usize| {
-            let known = self.values.column(c);
-            known.iter().filter(|x| x.is_finite()).fold(0.0f64, |m, x| m.max(x.abs()))
-        };
-        let floor = ROUNDING * (0..self.components.len()).map(largest).fold(0.0, f64::max);
-        (0..self.components.len()).filter(|c| largest(*c) > floor).collect()
+        columns_that_act(&self.values)
     }
 }
 
-/// Components below this part of the largest are rounding.
+/// Columns whose largest entry is more than rounding beside that of all; what nobody knows counts for nothing.
+pub(super) fn columns_that_act(values: &Array2<f64>) -> Vec<usize> {
+    let largest = |values: &mut dyn Iterator<Item = &f64>| {
+        values.filter(|x| x.is_finite()).fold(0.0f64, |m, x| m.max(x.abs()))
+    };
+    let floor = ROUNDING * largest(&mut values.iter());
+    let acts = |c: &usize| largest(&mut values.column(*c).iter()) > floor;
+    (0..values.ncols()).filter(acts).collect()
+}
+
+/// Columns below this part of the largest are rounding.
 const ROUNDING: f64 = 1e-9;

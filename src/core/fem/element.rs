@@ -57,7 +57,10 @@ struct Station {
 }
 
 /// `Σ w_k x_k`
-fn weighted<'p>(weights: impl Iterator<Item = f64>, x: impl Iterator<Item = &'p Point>) -> Point {
+pub(super) fn weighted<'p>(
+    weights: impl Iterator<Item = f64>,
+    x: impl Iterator<Item = &'p Point>,
+) -> Point {
     let add = |s: Point, (w, p): (f64, &Point)| std::array::from_fn(|c| s[c] + w * p[c]);
     weights.zip(x).fold([0.0; 3], add)
 }

@@ -4,6 +4,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::element::weighted;
 use super::shape::{places, values};
 use crate::mesh::{Basis, Block, ElementKind, Facet, Family, Mesh, Point};
 
@@ -56,8 +57,8 @@ pub fn finer(mesh: &Mesh, how: Finer) -> Option<Mesh> {
             for (piece, local) in
                 pieces.iter().flat_map(|p| places(target).iter().map(move |l| (p, l)))
             {
-                let at = blend(&values(linear, *local), piece);
-                let place = || blend(&values(kind, at), &x);
+                let at = weighted(values(linear, *local).into_iter(), piece.iter());
+                let place = || weighted(values(kind, at).into_iter(), x.iter());
                 let node = *known.entry(name(linear, at, own)).or_insert_with(|| {
                     nodes.push(place());
                     nodes.len() - 1
@@ -80,14 +81,6 @@ pub fn finer(mesh: &Mesh, how: Finer) -> Option<Mesh> {
     let chained = groups.into_iter().map(|(name, facets)| (name, all.in_chains(&facets)));
     let chained: Vec<_> = chained.collect();
     Some(all.with_groups(chained))
-}
-
-/// `Σ w_k x_k`
-fn blend(weights: &[f64], x: &[Point]) -> Point {
-    weights
-        .iter()
-        .zip(x)
-        .fold([0.0; 3], |sum: Point, (w, x)| std::array::from_fn(|c| sum[c] + w * x[c]))
 }
 
 /// A place of an element by its corners.

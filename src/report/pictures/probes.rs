@@ -1,10 +1,11 @@
 //! The pictures `probes`, `portraits` and `spectra`: what probes and forces do over time, against one another, and by frequency.
 
 use super::Options;
-use super::time::over_time;
+use super::forces::name_of;
+use super::time::{draw, over_time};
 use crate::fem::Quantity;
 use crate::report::figure::{
-    Axis, Cell, Chart, Entry, FigureError, LINES, Mark, Point, SHADE, Sheet, entry, range,
+    Axis, Cell, Chart, Entry, FigureError, Mark, Point, SHADE, Sheet, entry, range,
 };
 use crate::report::spectrum::{Even, Spectrum};
 use crate::store::{Stored, StoredProbe};
@@ -31,19 +32,6 @@ fn curves(stored: &Stored, quantity: Quantity) -> Vec<Curve> {
         p.components_that_act().into_iter().map(curve).collect::<Vec<_>>()
     };
     of.flat_map(of_probe).collect()
-}
-
-/// Draw curves in colours that come again as dashes.
-fn draw(chart: &mut Chart, curves: Vec<(String, Vec<Point>)>, entries: &mut Vec<Entry>) {
-    for (k, (name, points)) in curves.into_iter().enumerate() {
-        let colour = LINES[k % LINES.len()];
-        let mark = if k < LINES.len() { Mark::Line } else { Mark::Dashes };
-        match mark {
-            Mark::Dashes => chart.dashes(points, colour, 1.4),
-            _ => chart.line(points, colour, 1.4),
-        }
-        entries.push(entry(name, colour, mark));
-    }
 }
 
 /// A sheet of charts one below the other.
@@ -157,13 +145,8 @@ pub(super) fn spectra<'s>(stored: &'s Stored, options: &Options) -> Result<Sheet
     };
     let mut all: Vec<(&'static str, Vec<Curve>)> = vec![];
     for of in &stored.forces {
-        let name = match of.kind {
-            "contact" => "force of contact",
-            "support" => "force of supports",
-            _ => "force of springs",
-        };
         let curve = |(c, name): (usize, String)| (name, of.values.column(c).to_vec());
-        all.push((name, of.components_that_act().into_iter().map(curve).collect()));
+        all.push((name_of(of), of.components_that_act().into_iter().map(curve).collect()));
     }
     for quantity in Quantity::ALL {
         all.push((quantity.name(), curves(stored, quantity)));

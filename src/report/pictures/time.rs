@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::report::figure::{Axis, Chart, SHADE};
+use crate::report::figure::{Axis, Chart, Entry, LINES, Mark, Point, SHADE, entry};
 use crate::store::Stored;
 
 /// From the first to the last stored state.
@@ -41,4 +41,17 @@ pub(super) fn over_time(stored: &Stored, y: Range<f64>, labels: (&str, &str)) ->
         Chart::new(Axis::linear(labels.0, time_range(stored)), Axis::linear(labels.1, y));
     chart.ground(contact_intervals(stored).into_iter().map(shade).collect());
     chart
+}
+
+/// Draw curves in colours that come again as dashes.
+pub(super) fn draw(chart: &mut Chart, curves: Vec<(String, Vec<Point>)>, entries: &mut Vec<Entry>) {
+    for (k, (name, points)) in curves.into_iter().enumerate() {
+        let colour = LINES[k % LINES.len()];
+        let mark = if k < LINES.len() { Mark::Line } else { Mark::Dashes };
+        match mark {
+            Mark::Dashes => chart.dashes(points, colour, 1.5),
+            _ => chart.line(points, colour, 1.5),
+        }
+        entries.push(entry(name, colour, mark));
+    }
 }
