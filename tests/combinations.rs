@@ -152,6 +152,11 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     "friction = 0.3\nsurface = [0.0, 5.0, 0.0]",
                 ),
                 plate("`motion` of the obstacle", "motion = { amplitude = 0.1, omega = 1.7 }"),
+                Row {
+                    contact: "[contact]\nedge = \"right\"\ngap = \"1.0 + 0.1*cos(2*y - 1.7*t)\"\n"
+                        .into(),
+                    ..plate("a `gap` that moves from place to place", "")
+                },
             ],
         ),
         (

@@ -7,7 +7,7 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 38] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 39] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("beam", 16, 1.4059687900e2, 4.3624021719e2, 2.6014009249e-10, 2083),
     ("blade", 14, 3.2864317559e1, 4.8349042385e2, 4.0216530832e-8, 16094),
@@ -30,6 +30,7 @@ const GOLDEN: [(&str, usize, f64, f64, f64, u64); 38] = [
     ("plate-forced", 206, 16.0715059737, 108.2634937412, 0.3600403608, 628),
     ("plate-half", 12, 1.4988821525, 2.0035976756, 0.2912572904, 4423),
     ("probed-plate", 110, 5.1241044445e-1, 3.8358527850e1, 2.3658408098e-4, 5530),
+    ("rotating-casing", 172, 3.9728187802e1, 3.2348615621e2, 4.4452493073e-9, 108623),
     ("rough-wall", 36, 1.0000000000e-1, 1.2465644901e0, 1.1691924914e-2, 46),
     ("shaken-block", 250, 1.6014425139e0, 3.7150304452e1, 1.3391603242e-2, 479),
     ("sphere", 88, 5.0000000000e-1, 1.6922991372e1, 8.3775327552e-6, 40059),

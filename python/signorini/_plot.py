@@ -65,6 +65,8 @@ def _deformed(axes: Axes, r: Run, row: int) -> None:
     for c in range(2):
         column = r.mesh.dof_map[:, c] if r.mesh.dof_map.shape[1] > c else np.full(len(nodes), -1)
         moved[column >= 0, c] += r.u[row, column[column >= 0]]
+    for node in set(r.mesh.contact_nodes):
+        moved[node] += r._gone(node, 0)[row, :2]
     # corners come first; nodes on sides are left out
     corners = {3: 3, 6: 3, 4: 4, 8: 4, 9: 4}
     faces = []

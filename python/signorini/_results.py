@@ -241,23 +241,37 @@ class Run(Result):
 
     def displacement(self, node: int) -> np.ndarray:
         """Displacement of a mesh node along the axes [s, dim]; zero where it is prescribed."""
-        return self._at_node(self.u, node)
+        return self._at_node(self.u, node) + self._gone(node, 0)
 
     def at(self, *place: float, velocity: bool = False) -> np.ndarray:
         """Displacement (or velocity) at a place of the undeformed body along the axes [s, dim], by the shape functions of its element: ``run.at(0.5, 0.2)``."""
         table = self.v if velocity else self.u
-        parts = [w * self._at_node(table, node) for node, w in _signorini.weights(self.path, list(map(float, place)))]
+        order = int(velocity)
+        parts = [w * (self._at_node(table, node) + self._gone(node, order)) for node, w in _signorini.weights(self.path, list(map(float, place)))]
         return np.sum(parts, axis=0)
 
     @property
     def contact_displacement(self) -> np.ndarray:
-        """Displacements of the contact points along their normals, u_C [s, n_C]; the gap that is left is ``mesh.gap - u_C``."""
+        """Displacements of the contact points along their normals, u_C [s, n_C]; the gap that is left is ``mesh.gap - u_C``.
+        Where gaps move they are counted from where these have gone (``run["obstacle"]``)."""
         return self._along_normals(self.u)
 
     @property
     def contact_velocity(self) -> np.ndarray:
         """Their velocities [s, n_C]."""
         return self._along_normals(self.v)
+
+    def _gone(self, node: int, order: int) -> np.ndarray:
+        """Where gaps move: what a contact node has besides its stored displacement, or velocity, which is counted from there [s, dim]."""
+        gone = np.zeros((len(self.t), self.mesh.nodes.shape[1]))
+        if "obstacle" not in self or node not in self.mesh.contact_nodes:
+            return gone
+        point = list(self.mesh.contact_nodes).index(node)
+        obstacle = self["obstacle"]
+        for omega, phase, motion in zip(obstacle.omega, obstacle.phase, obstacle.motion):
+            angle = omega * self.t + phase
+            gone += np.outer(-omega * np.sin(angle) if order else np.cos(angle), motion[point])
+        return gone
 
     def _at_node(self, table: np.ndarray, node: int) -> np.ndarray:
         columns = self.mesh.dof_map[node]

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::json;
 
 use signorini::fem::formats::{DofName, Written, read_matrix};
+use signorini::fem::motions_without_mass;
 use signorini::report::summary::significant;
 use signorini::scenario::names_beside;
 
@@ -47,13 +48,15 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let directions: Vec<u8> = (0..=6).filter(|d| names.iter().any(|n| n.direction == *d)).collect();
     let sums: Vec<f64> = directions.iter().map(|d| along(*d)).collect();
     let empty = (0..n).filter(|&i| a.row(i).all(|e| e.1 == 0.0)).count();
+    // of a stiffness they are the rigid motions of what is not held
+    let without = motions_without_mass(a).map(|all| all.len()).unwrap_or(0);
     let trace: f64 = a.triplets().filter(|e| e.0 == e.1).map(|e| e.2).sum();
     let words = |all: &[DofName]| all.iter().map(DofName::to_string).collect::<Vec<_>>();
     Ok(global.answer(
         || {
             json!({
                 "format": written.format, "rows": n, "entries": written.entries, "one_triangle": written.one_triangle,
-                "empty_rows": empty, "trace": trace, "names": words(&names), "held": words(&written.held),
+                "empty_rows": empty, "null_motions": without, "trace": trace, "names": words(&names), "held": words(&written.held),
                 "directions": directions, "sums": sums,
             })
         },
@@ -68,6 +71,9 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
             line("trace", significant(trace, 10));
             if empty > 0 {
                 line("", format!("{empty} rows are empty: of a mass, motions that follow statically"));
+            }
+            if without > 0 {
+                line("", format!("{without} motions of several rows come to nothing: of a mass, they follow statically; of a stiffness, the body moves so freely"));
             }
             match (names.first(), names.last()) {
                 (Some(first), Some(last)) => {

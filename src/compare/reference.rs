@@ -32,7 +32,7 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
 impl Named {
     /// What a body is compared with if nobody says it: the exact motion of a bar where there is one, else mass redistribution on the finest mesh.
     pub(crate) fn of_body(scene: &Scene, meshes: &[Elements], first: Option<&Variant>) -> Named {
-        let at_rest = scene.contact.as_ref().is_some_and(|c| c.motion.is_none());
+        let at_rest = scene.contact.as_ref().is_some_and(|c| !c.moves());
         let held = !scene.supports.is_empty();
         let free = scene.loads.is_empty() && scene.damping.is_none() && !scene.has_elements();
         if scene.body.kind == BodyKind::Bar && at_rest && held && free {

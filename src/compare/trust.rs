@@ -121,13 +121,14 @@ impl Observer for Watch<'_> {
         }
         self.before = Some((s.t, force));
         let loads = (self.system.loads.as_ref(), s.t);
-        let borne = self.system.bearings.of(&self.system.body, loads, [s.u, s.v, s.a]);
+        let [u, v, a] = s.at_rest(loads.0);
+        let borne = self.system.bearings.of(&self.system.body, loads, [&u, &v, &a]);
         for (most, own) in self.supports.iter_mut().zip(borne.supports.chunks_exact(dim)) {
             // what nobody knows stays unknown
             let own = size(own);
             *most = if own.is_nan() { own } else { most.max(own) };
         }
-        let normal = self.system.along_normals(s.u);
+        let normal = self.system.along_normals(&u);
         self.displacement = normal.iter().fold(self.displacement, |m, u| m.max(u.abs()));
         if let Some(e) = s.energies {
             self.energy = self.energy.max(e.total());
@@ -135,7 +136,7 @@ impl Observer for Watch<'_> {
         let mut place = 0;
         for probe in self.system.probes.iter() {
             for quantity in &probe.quantities {
-                let values = probe.of(*quantity, [s.u, s.v, s.a]);
+                let values = probe.of(*quantity, [&u, &v, &a]);
                 let most = self.probes[place].iter_mut().zip(values);
                 most.for_each(|(m, x)| *m = if x.is_nan() { x } else { m.max(x.abs()) });
                 place += 1;

@@ -15,7 +15,7 @@ use crate::orbit::{OrbitError, Propagator, period_map};
 use crate::problem::Problem;
 use crate::records::{PointRecord, Solver};
 use crate::scenario::Scene;
-use crate::store::{Stored, StoredFamily};
+use crate::store::{Stored, StoredFamily, StoredSwings};
 
 /// The motions of a family, whose bodies (one for each damping ratio) are set up as they are needed.
 pub struct Motions<'s> {
@@ -130,9 +130,10 @@ impl<'s> Motions<'s> {
         let point = self.family.points[k].clone();
         let by_series = self.family.outline().solver == Solver::HarmonicBalance;
         let percent = self.family.branches.get(point.branch).and_then(|b| b.percent());
-        let rest = self.rest.clone();
+        let mut rest = self.rest.clone();
         let body = self.body(percent)?;
         body.system.loads_mut().set_frequency(point.omega);
+        rest.swings = StoredSwings::of(&body.system);
         match (&point.orbit, &point.series) {
             (_, Some(_)) if by_series => along_series(body, &point, states),
             (Some(_), _) => along_orbit(body, &point, states),

@@ -50,7 +50,7 @@ impl Viscosity {
             return fail(
                 "load",
                 message.into(),
-                "remove the [[load]] with omega (and contact.motion), or leave --viscous out",
+                "remove the [[load]] with omega (and the motion of the obstacle), or leave --viscous out",
             );
         }
         if system.is_damped() {

@@ -162,7 +162,7 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
         return fail(scene.friction_key(), message, help);
     }
     let loads = &system.loads;
-    if loads.carried != Default::default() {
+    if loads.carried.moves_supports() {
         let message = "the body is seen from what moves, and friction knows velocities along obstacles at rest or of constant velocity only";
         let moves = scene.contact.as_ref().is_some_and(|c| c.motion.is_some());
         let key = if moves { "contact.motion" } else { "support" };

@@ -11,7 +11,10 @@ use super::gaps::check_way;
 use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
 use crate::fem::formats::DofName;
-use crate::fem::{Body, ContactRows, Csr, FemError, with_elements};
+use crate::fem::{
+    Body, ContactRows, Csr, FemError, Massless, motions_without_mass, standing_beside,
+    with_elements,
+};
 use crate::matrices::{read_matrix, read_written};
 use crate::scenario::{Contact, Counted, Issue, Obstacle, Scene, SidesKey, StressKey};
 
@@ -67,6 +70,13 @@ pub(super) fn given_tangents(
     let obstacle = contact.obstacles.first();
     let coefficient = obstacle.and_then(Obstacle::coefficient);
     let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
+    if let Some(row) = rows.iter().find(|r| body.dofs.terms(**r, 0).any(|t| t.0 >= body.dofs.n_o)) {
+        let message = format!(
+            "{row} moves with motions that have no mass, and friction is of displacements that have some"
+        );
+        let help = "export the body with a mass that is integrated in full, or remove friction";
+        return Err(fault(scene, "contact.tangents", message, help));
+    }
     let taken = [rows, own, &masters].concat();
     let against = tangents_against(scene, contact, (rows.len(), &taken, n))?;
     let tangent = |(row, masters): (&usize, &Vec<(usize, f64)>)| {
@@ -235,6 +245,15 @@ fn check_followers(scene: &Scene, count: usize, n: usize) -> Result<(), ProblemE
     Ok(())
 }
 
+/// The motions of several rows that have no mass: programs that integrate the mass with few points leave them behind.
+fn massless_motions(scene: &Scene, mass: &Csr) -> Result<Vec<Massless>, ProblemError> {
+    let key = "body.mass_matrix";
+    motions_without_mass(mass).map_err(|e| {
+        let help = "give a mass that no motion has a negative share of; rows and motions without any follow statically";
+        fault(scene, key, e.to_string(), help)
+    })
+}
+
 /// A body and its boundary operator from files.
 pub(super) fn given_body(
     scene: &Scene,
@@ -273,6 +292,28 @@ pub(super) fn given_matrices(
         rows.against.resize(rows.facing.len(), vec![]);
         rows.idle.extend(&without);
     }
+    // so do motions of several rows
+    let motions = massless_motions(scene, &mass)?;
+    if !motions.is_empty() {
+        if constrained {
+            check_followers(scene, motions.len(), n)?;
+        } else {
+            let help = "give stress = \"reaction\", or method = \"mass-redistribution\"";
+            let key =
+                scene.contact.as_ref().map_or("body.mass_matrix".into(), |c| c.key(0, "method"));
+            let message = format!(
+                "{} motions of the body have no mass, and follow statically: not beside displacements at the contact that move by themselves",
+                motions.len()
+            );
+            return Err(fault(scene, &key, message, help));
+        }
+        rows.against.resize(rows.facing.len(), vec![]);
+        let contact = scene.contact.as_ref();
+        let tangents = contact.and_then(|c| c.tangents.clone()).unwrap_or_default();
+        rows.massless = standing_beside(motions, &[own.clone(), tangents].concat());
+        let standing = rows.massless.iter().map(|m| m.pivot).filter(|p| !own.contains(p));
+        rows.idle.extend(standing);
+    }
     let of_contact = if constrained { rows.clone() } else { ContactRows::default() };
     // contact displacements that follow the others need no mass
     let massless = of_contact.all().filter(|i| !has_mass(i)).count();
@@ -286,7 +327,7 @@ pub(super) fn given_matrices(
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
         let key = if of_mass { "body.mass_matrix" } else { "body.stiffness_matrix" };
         let help = match of_mass {
-            true => "give a positive definite mass. Rows without any follow statically, but motions that mix rows do not: CalculiX leaves some in C3D4, C3D6, C3D15, CPS3, CPS6 and elements with R or I behind; take C3D8, C3D20 or C3D10",
+            true => "give a mass that no motion has a negative share of; rows and motions without any follow statically",
             false => "give a stiffness that opposes some motion",
         };
         fault(scene, key, e.to_string(), help)
@@ -349,7 +390,7 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), Prob
     };
     idle.sort_unstable();
     idle.dedup();
-    Ok((ContactRows { facing: rows, against, idle }, gap))
+    Ok((ContactRows { facing: rows, against, idle, massless: vec![] }, gap))
 }
 
 /// `N_C`, `N_O` from the terms of the contact stresses, or from files.

@@ -7,6 +7,7 @@ use super::modes::OpenModes;
 use super::moving;
 use super::notes::{self, Notes};
 use super::places::placed;
+use super::swinging;
 use super::table::history;
 use crate::contact::{System, grazing_scale};
 use crate::fem::{Course, Loads, load};
@@ -77,6 +78,7 @@ pub(super) fn loads(
     }
     elements::preload(scene, system, &mut loads)?;
     moving::obstacle(scene, system, &mut loads)?;
+    swinging::gaps(scene, system, &mut loads)?;
     Ok(loads)
 }
 

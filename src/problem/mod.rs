@@ -27,6 +27,7 @@ mod probes;
 mod reduction;
 mod rigid;
 mod springs;
+mod swinging;
 mod table;
 
 use crate::contact::{

@@ -180,6 +180,14 @@ pub(super) fn held(scene: &Scene, system: &System, order: usize) -> Vec<f64> {
 
 /// What a state of the scene is, seen from the obstacle: displacements and velocities along the normal to take away at `t = 0`.
 pub(super) fn frame(scene: &Scene, system: &System) -> Option<[Vec<f64>; 2]> {
+    let carried = &system.loads.carried;
+    if carried.moves_contact() {
+        return Some([0, 1].map(|order| {
+            let mut q = vec![0.0; system.n()];
+            carried.add_contact(0.0, order, &mut q);
+            q
+        }));
+    }
     let motion = scene.contact.as_ref()?.motion?;
     let unit = system.body.dofs.gather(&along(system, direction(system)?, false));
     let (sin, cos) = motion.phase.sin_cos();

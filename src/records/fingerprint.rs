@@ -118,6 +118,9 @@ impl Sum {
         for h in &loads.harmonics {
             self.numbers(&h.force);
             self.numbers(&[h.omega, h.phase, f64::from(h.derivative)]);
+            if h.damps {
+                self.count(1);
+            }
         }
         self.count(loads.measured.len());
         for m in &loads.measured {

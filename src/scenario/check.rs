@@ -1,7 +1,7 @@
 //! Checks that need nothing but the scene itself: the order of the tables.
 
 use super::number::Check;
-use super::{Components, Contact, Field, Issue, Scene};
+use super::{Components, Contact, Field, Issue, Scene, Swings};
 
 impl Scene {
     /// Space dimension of the displacement.
@@ -24,8 +24,9 @@ impl Scene {
         let of_obstacle = |c: &Contact, k: usize| {
             let o = &c.obstacles[k];
             let used = |field: &Option<Field>| field.as_ref().is_some_and(Field::is_in_space);
-            let name = if used(&o.gap) { "gap" } else { "gap_behind" };
-            (used(&o.gap) || used(&o.gap_behind)).then(|| c.key(k, name))
+            let in_front = used(&o.gap) || o.swings.as_ref().is_some_and(Swings::is_in_space);
+            let name = if in_front { "gap" } else { "gap_behind" };
+            (in_front || used(&o.gap_behind)).then(|| c.key(k, name))
         };
         let contact = self.contact.as_ref();
         let obstacles =

@@ -14,7 +14,7 @@ use super::portion::Portion;
 use super::side::{EdgeKey, side};
 use super::{
     Activation, BodyKind, ContactMethod, Field, Inertia, Instants, Issue, METHOD_KEYS, MassKind,
-    RedistributedMass, Scene, StressKey, TangentKey,
+    RedistributedMass, Scene, StressKey, Swings, TangentKey,
 };
 
 /// `[contact]`, or all tables `[[contact]]`: rigid obstacles and one contact method.
@@ -81,8 +81,10 @@ pub struct Obstacle {
     pub portion: Option<(String, Portion)>,
     /// The other surface of a pair; none: a rigid obstacle.
     pub meeting: Option<Meeting>,
-    /// Distance along the contact direction.
+    /// Distance along the contact direction; what stays of it where it moves.
     pub gap: Option<Field>,
+    /// What moves of it in time.
+    pub swings: Option<Swings>,
     /// In its place: the obstacle itself.
     pub plane: Option<Plane>,
     /// Distance to a second obstacle behind, against the contact direction.
@@ -294,18 +296,28 @@ impl Tables {
             let (group, meeting) = self.faces(kind, k, t)?;
             let portion = self.portion(k, t)?.map(|portion| (group.clone(), portion));
             let group = portion.as_ref().map_or(group, |(group, portion)| portion.name(group));
-            let gap = match &t.gap {
-                Some(GapKey::Given(field)) => Some(field.clone()),
+            let (gap, swings) = match &t.gap {
+                Some(GapKey::Given(given)) => (Some(given.still.clone()), given.swings.clone()),
                 Some(GapKey::Geometry) if meeting.is_none() => {
                     let message =
                         "\"geometry\" is for pairs of surfaces: a rigid obstacle has none";
                     return Err(Issue::new(self.key(k, "gap"), message, "give a number, or plane"));
                 }
-                Some(GapKey::Geometry) | None => None,
+                Some(GapKey::Geometry) | None => (None, None),
             };
             let (plane, gap_behind) = (t.plane.clone(), t.gap_behind.clone());
             let (friction, surface) = (t.friction, t.surface.clone());
-            Ok(Obstacle { group, portion, meeting, gap, plane, gap_behind, friction, surface })
+            Ok(Obstacle {
+                group,
+                portion,
+                meeting,
+                gap,
+                swings,
+                plane,
+                gap_behind,
+                friction,
+                surface,
+            })
         };
         Ok(Some(Contact {
             obstacles: self.all.iter().enumerate().map(obstacle).collect::<Result<_, Issue>>()?,
@@ -479,10 +491,51 @@ pub struct Motion {
 impl Contact {
     /// Whether the pressure is the nodal reaction.
     pub(crate) fn is_reaction(&self) -> bool {
-        let rubs = (self.has_friction() || self.has_pairs()) && self.stress.is_none();
+        let rubs =
+            (self.has_friction() || self.has_pairs() || self.swings()) && self.stress.is_none();
         self.method == ContactMethod::MassRedistribution
             || self.stress == Some(StressKey::Reaction)
             || rubs
+    }
+
+    /// Whether a gap moves from place to place.
+    pub fn swings(&self) -> bool {
+        self.obstacles.iter().any(|o| o.swings.is_some())
+    }
+
+    /// Circular frequency of the obstacles' motion, the first of several.
+    pub(super) fn omega(&self) -> Option<f64> {
+        let swing = || self.obstacles.iter().find_map(|o| o.swings.as_ref()?.omega());
+        self.motion.map(|m| m.omega).or_else(swing)
+    }
+
+    /// Whether obstacles move in any way.
+    pub fn moves(&self) -> bool {
+        self.motion.is_some() || self.swings()
+    }
+
+    /// What a gap that moves goes with.
+    fn check_swings(&self) -> Check {
+        let Some(k) = self.obstacles.iter().position(|o| o.swings.is_some()) else { return Ok(()) };
+        let is_paper = self.method == ContactMethod::NodalBoundary
+            && (!self.is_reaction() || self.inertia == Some(Inertia::Paper));
+        let knows =
+            matches!(self.method, ContactMethod::NodalBoundary | ContactMethod::MassRedistribution);
+        if is_paper || !knows {
+            let message = "moves in time from place to place: this goes with contact displacements without mass, whose pressures are nodal reactions";
+            let help = "remove method, stress and inertia (their defaults are then \"nbm\", \"reaction\", \"constant\"), or give method = \"mass-redistribution\"";
+            return Err(Issue::new(self.key(k, "gap"), message, help));
+        }
+        if self.motion.is_some() {
+            let message = "stands beside a gap that moves in time";
+            return Err(Issue::new("contact.motion", message, "write both into gap"));
+        }
+        if let Some(k) = self.obstacles.iter().position(|o| o.gap_behind.is_some()) {
+            let message = "stays where it is, and the obstacle in front moves towards it";
+            let help = "remove it, or the time from gap";
+            return Err(Issue::new(self.key(k, "gap_behind"), message, help));
+        }
+        Ok(())
     }
 
     /// Whether some obstacle has friction.
@@ -645,6 +698,7 @@ impl Scene {
     pub(super) fn check_contact(&self) -> Check {
         let Some(c) = &self.contact else { return Ok(()) };
         c.check_method()?;
+        c.check_swings()?;
         c.check_friction(self.body.kind)?;
         c.check_pairs()?;
         if self.body.kind == BodyKind::Matrices {
@@ -736,6 +790,10 @@ impl Scene {
         }
         match (c.gap(), &c.gaps) {
             (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
+            (Some(Field::Expression { .. }), None) if c.swings() => {
+                let message = "moves in time, and a body from matrices has no places";
+                return issue("gap", message, "give a number, and [[load]] on the contact rows");
+            }
             (given, list) => {
                 let count = c.displacements.as_ref().map_or(1, Vec::len);
                 let example = format!(

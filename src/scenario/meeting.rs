@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
 
 use super::number::Check;
+use super::swing::Moving;
 use super::{Contact, ContactMethod, Field, Issue, MassKind, Obstacle, RedistributedMass};
 
 /// How the slave's nodes are told apart from the master's.
@@ -47,8 +48,14 @@ pub struct Meeting {
 pub(super) enum GapKey {
     /// `"geometry"`
     Geometry,
-    /// A number or an expression.
-    Given(Field),
+    /// A number or an expression, of `t` too.
+    Given(Moving),
+}
+
+impl GapKey {
+    fn still(gap: f64) -> GapKey {
+        GapKey::Given(Moving { still: Field::Constant(gap), swings: None })
+    }
 }
 
 impl JsonSchema for GapKey {
@@ -58,7 +65,7 @@ impl JsonSchema for GapKey {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({"anyOf": [
             {"type": "number"},
-            {"type": "string", "description": "`\"geometry\"` between two surfaces, or an expression of `x`, `y`, `z`."},
+            {"type": "string", "description": "`\"geometry\"` between two surfaces, or an expression of `x`, `y`, `z`, and of the time `t` inside sines and cosines, linear: a gap that moves from place to place, such as `\"0.36 + 0.1*cos(2*(atan2(y, x) - 5.0*t))\"`."},
         ]})
     }
 }
@@ -72,15 +79,15 @@ impl<'de> Deserialize<'de> for GapKey {
                 f.write_str("a number, an expression of x and y in quotes, such as \"1 + 0.02*y\", or \"geometry\" between two surfaces")
             }
             fn visit_f64<E: de::Error>(self, v: f64) -> Result<GapKey, E> {
-                Ok(GapKey::Given(Field::Constant(v)))
+                Ok(GapKey::still(v))
             }
             fn visit_i64<E: de::Error>(self, v: i64) -> Result<GapKey, E> {
-                Ok(GapKey::Given(Field::Constant(v as f64)))
+                Ok(GapKey::still(v as f64))
             }
             fn visit_str<E: de::Error>(self, v: &str) -> Result<GapKey, E> {
                 match v {
                     "geometry" => Ok(GapKey::Geometry),
-                    _ => Field::parse(v).map(GapKey::Given).map_err(E::custom),
+                    _ => Moving::parse(v).map(GapKey::Given).map_err(E::custom),
                 }
             }
         }
@@ -131,6 +138,11 @@ impl Contact {
         if self.boundary_mass == MassKind::Lumped {
             let message = "is not read by pairs of surfaces, which take nodal reactions";
             return issue("boundary_mass", message, "remove the key");
+        }
+        if self.obstacles.iter().any(|o| o.swings.is_some()) {
+            let message =
+                "moves in time, and this is a pair of surfaces, which know their own motion";
+            return issue("gap", message, "give a gap without t; [[support]] moves a body");
         }
         if self.motion.is_some() {
             let message = "is that of rigid obstacles, and this is a pair of surfaces";

@@ -33,6 +33,7 @@ mod run;
 mod schema;
 mod side;
 mod support;
+mod swing;
 
 use std::path::{Path, PathBuf};
 
@@ -77,6 +78,7 @@ pub(crate) use schema::schema_of;
 pub(crate) use side::BodyKind;
 pub use support::Direction;
 pub(crate) use support::Support;
+pub use swing::{Swings, Wave};
 
 /// A body, its supports, an obstacle, loads, an initial state, and what is to be computed, in coherent units of your choice. Unknown keys are errors; a
 /// table that is absent costs nothing.
@@ -199,8 +201,8 @@ impl Scene {
 
     /// Period that `periods` counts: of the first harmonic load, of the obstacle, or of the orbit.
     pub fn period(&self) -> Option<f64> {
-        let obstacle = self.contact.as_ref().and_then(|c| c.motion);
-        let omega = self.loads.iter().find_map(|l| l.omega).or(obstacle.map(|m| m.omega));
+        let obstacle = self.contact.as_ref().and_then(Contact::omega);
+        let omega = self.loads.iter().find_map(|l| l.omega).or(obstacle);
         let orbit = self.orbit.as_ref();
         let omega = omega.or(orbit.and_then(|o| o.omega));
         omega.map(|w| std::f64::consts::TAU / w).or(orbit.and_then(|o| o.period))

@@ -200,8 +200,8 @@ impl Scene {
             let key = format!("load[{i}].kind");
             return refuse(key, "supports stay where they are", "give forces");
         }
-        if self.contact.as_ref().is_some_and(|c| c.motion.is_some()) {
-            let key = "contact.motion".to_owned();
+        if let Some(c) = self.contact.as_ref().filter(|c| c.moves()) {
+            let key = if c.swings() { c.key(0, "gap") } else { "contact.motion".to_owned() };
             let help = "give surface = [0.0, 0.05] with friction, or loads in place of the motion";
             return refuse(key, "obstacles stay where they are", help);
         }

@@ -39,6 +39,9 @@ static ONCE: &[About] = &[
     About::new("mesh/contact_area", "area", CONTACT, "area of each contact point: force = pressure x area"),
     About::new("mesh/gap", "length along the contact normal", CONTACT, "distance to the obstacle along the normal, undeformed"),
     About::new("mesh/row_names", "words", &["row"], "of a body of matrices whose program names its rows: node and direction of each"),
+    About::new("obstacle/omega", "1/time", &["part"], "of gaps that move: circular frequency of each harmonic part"),
+    About::new("obstacle/phase", "1", &["part"], "its phase: cos(omega t + phase)"),
+    About::new("obstacle/motion", "length", &["part", "contact point", "direction"], "its amplitude, along the axes: contact displacements are counted from there, nodes stand farther by it"),
     About::new("bodies/name", "words", &["body"], "name of each body, or of each group of cells with a material of its own"),
     About::new("bodies/of_node", "body", &["node"], "body that each node belongs to, from 0"),
     About::new("contact/against/indptr", "entry", &["contact point"], "first entry of each contact point in indices and data (one more at the end): its displacement is n.(u - sum of data u[indices]), the second term where two surfaces meet"),
@@ -147,7 +150,7 @@ pub(super) static ENERGY: &[Column<Row>] = &[
     Column::new("energy/t", "time", STATE, "time", Get::Number(|s| s.t)),
     Column::new("energy/kinetic", "energy", STATE, "kinetic energy of the whole body, what moving supports carry included (seen from an obstacle that moves)", Get::Number(|s| s.energy(0))),
     Column::new("energy/elastic", "energy", STATE, "elastic energy of the whole body, elements at moving supports included", Get::Number(|s| s.energy(1))),
-    Column::new("energy/external", "energy", STATE, "work so far of the loads, and of supports that move (all that changes the energy but damping of free displacements and jumps)", Get::Number(|s| s.energy(2))),
+    Column::new("energy/external", "energy", STATE, "work so far of the loads, and of supports and obstacles that move (all that changes the energy but damping of free displacements and jumps)", Get::Number(|s| s.energy(2))),
     Column::new("energy/dissipated", "energy", STATE, "work so far of the damping forces of free displacements on themselves", Get::Number(|s| s.energy(3))),
     Column::new("energy/jumps", "energy", STATE, "sum of the jumps at switches so far", Get::Number(|s| s.jumps)),
 ];

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::bodies::{words, write_bodies, write_contact};
 use super::mesh::write_mesh;
 use super::output::Outputs;
+use super::swings::write_swings;
 use super::{StoreError, write_text};
 use crate::contact::System;
 use crate::records::Status;
@@ -32,6 +33,7 @@ pub(super) fn create_file(
         .map_err(|e| StoreError::write(path, std::io::Error::other(e.to_string())))?;
     write_origin(&file, scene, &options.command)?;
     write_mesh(&file, system)?;
+    write_swings(&file, system)?;
     if !scene.rows.names.is_empty() {
         let names: Vec<String> = scene.rows.names.iter().map(ToString::to_string).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();

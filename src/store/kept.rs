@@ -1,5 +1,6 @@
 //! Which displacements a file keeps of a state: `run.store`.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::contact::distance::NEXT;
@@ -132,9 +133,15 @@ impl Kept {
         !self.bearings.supports.is_empty() || self.probes.iter().any(watches)
     }
 
+    /// Displacements, velocities and accelerations of a state in the frame at rest; empty where they are not known.
+    pub(super) fn at_rest<'s>(&self, s: &Sample<'s>) -> [Cow<'s, [f64]>; 3] {
+        s.at_rest(&self.loads)
+    }
+
     /// What supports and springs bear at a state, and the momenta.
     pub(super) fn borne(&self, s: &Sample) -> Borne {
-        self.bearings.of(&self.body, (&self.loads, s.t), [s.u, s.v, s.a])
+        let [u, v, a] = self.at_rest(s);
+        self.bearings.of(&self.body, (&self.loads, s.t), [&u, &v, &a])
     }
 
     /// The displacements along the tangents, `e u`.

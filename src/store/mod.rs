@@ -38,6 +38,7 @@ mod statement;
 mod stored;
 mod study;
 mod sweep;
+mod swings;
 mod table;
 mod trajectory;
 mod watched;
@@ -70,6 +71,7 @@ pub use state::read_state;
 pub use statement::write_statement;
 pub use stored::StoredFamily;
 pub(crate) use study::{is_collected, write_study};
+pub(crate) use swings::StoredSwings;
 pub use watched::StoredProbe;
 pub(crate) use writer::Writer;
 

@@ -8,10 +8,12 @@ use ndarray::Array2;
 use super::careful::{Careful, open, reading};
 use super::columns::{ENERGY, FRICTION};
 use super::events::{point_of, read_states};
+use super::swings::{StoredSwings, read_swings};
 use super::watched::{self, StoredProbe, columns_that_act};
 use super::{StoreError, read_text};
 use crate::contact::States;
 use crate::fem::interpolate::{Cell, elements_at, is_between_surfaces};
+use crate::mesh::point::plus;
 use crate::mesh::{ElementKind, Point, bounds};
 use crate::records::Status;
 use crate::scenario::{BodyKind, Scene};
@@ -51,6 +53,8 @@ pub struct Stored {
     pub gap: Vec<f64>,
     /// Areas of the contact points; not numbers in files of earlier versions.
     pub contact_area: Vec<f64>,
+    /// What contact displacements are counted from, where gaps move.
+    pub(crate) swings: StoredSwings,
     /// Contact directions, one row each.
     pub contact_normals: Array2<f64>,
     /// Nodes against which the displacement of each contact point is counted, with their weights; none before rigid obstacles.
@@ -233,6 +237,7 @@ impl Stored {
             nodes: mesh.dataset("nodes")?.table()?,
             elements,
             dof_map,
+            swings: read_swings(file, &contact_nodes)?,
             contact_nodes,
             contact_dofs,
             // their displacements stood along the axis
@@ -433,6 +438,7 @@ impl Stored {
             // several sliders may act on one displacement
             (self.contact_nodes.len() == n_c, "/mesh/contact_nodes"),
             (self.contact_area.len() == n_c, "/mesh/contact_area"),
+            (self.swings.fits(n_c), "/obstacle"),
             (self.contact_dofs.iter().all(|&i| i < n), "/mesh/contact_dofs"),
             (self.points.is_none() || self.contact_dofs.len() == n_c, "/mesh/contact_dofs"),
             (
@@ -583,6 +589,17 @@ impl Stored {
         self.against.get(i).is_some_and(|masters| !masters.is_empty())
     }
 
+    /// Whether gaps move.
+    pub(crate) fn swings(&self) -> bool {
+        !self.swings.is_empty()
+    }
+
+    /// Distance of contact point `i`, undeformed, to its obstacle at stored state `row`.
+    pub(crate) fn gap_at(&self, row: usize, i: usize) -> f64 {
+        let moved = self.swings.of_point(i, self.time(row));
+        self.gap[i] + self.contact_normal(i).iter().zip(moved).map(|(n, q)| n * q).sum::<f64>()
+    }
+
     /// Displacement of contact point `i` along its direction, at stored state `row`; where two surfaces meet against that of the other.
     pub fn contact_displacement(&self, row: usize, i: usize) -> f64 {
         self.along_normal(&self.u, row, i)
@@ -666,9 +683,9 @@ impl Stored {
 
     /// Displacement and velocity by these weights at stored state `row`.
     pub(crate) fn motion_at(&self, row: usize, weights: &Cell) -> [Point; 2] {
-        [&self.u, &self.v].map(|table| {
+        [Stored::displacement, Stored::velocity].map(|of| {
             weights.iter().fold([0.0; 3], |sum: Point, &(node, w)| {
-                let own = self.at_node(table, row, node);
+                let own = of(self, row, node);
                 std::array::from_fn(|c| sum[c] + w * own[c])
             })
         })
@@ -676,12 +693,12 @@ impl Stored {
 
     /// Displacement of a node at stored state `row`; not numbers where it is not kept.
     pub fn displacement(&self, row: usize, node: usize) -> Point {
-        self.at_node(&self.u, row, node)
+        plus(&self.at_node(&self.u, row, node), &self.swings.at(node, self.time(row), 0))
     }
 
     /// Its velocity.
     pub fn velocity(&self, row: usize, node: usize) -> Point {
-        self.at_node(&self.v, row, node)
+        plus(&self.at_node(&self.v, row, node), &self.swings.at(node, self.time(row), 1))
     }
 
     /// Whether the file keeps the displacements of a node, as far as it moves.
@@ -689,6 +706,10 @@ impl Stored {
         let mut moving =
             self.dof_map.row(node).into_iter().filter_map(|&i| usize::try_from(i).ok());
         moving.all(|i| self.held[i].is_some())
+    }
+
+    fn time(&self, row: usize) -> f64 {
+        self.t.get(row).copied().unwrap_or_default()
     }
 
     fn at_node(&self, table: &Array2<f64>, row: usize, node: usize) -> Point {

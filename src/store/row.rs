@@ -35,7 +35,7 @@ impl Row {
             forces: kept.resultants.of(s.pressure, s.traction),
             borne: kept.borne(s),
             strayed: kept.excursions.of(&kept.body, s.u),
-            probes: watched::values(&kept.probes, s),
+            probes: watched::values(kept, s),
             energies: s.energies,
             jumps: s.jumps,
         }

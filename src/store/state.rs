@@ -6,6 +6,7 @@ use ndarray::Array2;
 
 use super::careful::{Careful, open, reading};
 use super::reader::partial;
+use super::swings::read_swings;
 use super::{StoreError, read_text};
 use crate::fem::interpolate::{Cell, at_cells, cells};
 use crate::mesh::{ElementKind, Mesh, Point};
@@ -56,7 +57,15 @@ fn read_state_of(path: &Path, mesh: &Mesh, interpolate: bool) -> Result<State, S
     if !map.iter().all(fits) {
         return Err(damaged(path, "/mesh/dof_map"));
     }
-    let frame = frame(&file, path)?;
+    let (frame, t) = (frame(&file, path)?, time_of(&file)?);
+    let contact_nodes: Vec<usize> = match file.dataset("mesh/contact_nodes") {
+        Ok(nodes) => nodes.values::<i64>()?.into_iter().map(|i| i as usize).collect(),
+        Err(_) => vec![],
+    };
+    let swings = read_swings(&file, &contact_nodes)?;
+    if !swings.fits(contact_nodes.len()) {
+        return Err(damaged(path, "/obstacle"));
+    }
     let on_nodes = |x: &[f64], k: usize| {
         let mut field = nodal(x, &map, dim);
         if let Some((direction, motion)) = &frame {
@@ -65,6 +74,7 @@ fn read_state_of(path: &Path, mesh: &Mesh, interpolate: bool) -> Result<State, S
                 field[dim * n + c] += direction[c] * motion[k];
             }
         }
+        swings.add(&mut field, dim, (t, k as u32));
         match &cells {
             None => field,
             Some(cells) => at_cells(&field, cells, dim),
@@ -80,15 +90,20 @@ fn frame(file: &hdf5::File, path: &Path) -> Result<Option<(Point, [f64; 2])>, St
     // scenes of files of other programs say nothing of motions
     let Ok(scene) = Scene::parse(&text, path) else { return Ok(None) };
     let Some(motion) = scene.contact.and_then(|c| c.motion) else { return Ok(None) };
-    let t = match file.dataset("orbit/u0") {
-        Ok(_) => 0.0,
-        Err(_) => file.dataset("trajectory/t")?.values::<f64>()?.last().copied().unwrap_or(0.0),
-    };
+    let t = time_of(file)?;
     let normals: Array2<f64> = file.dataset("mesh/contact_normals")?.table()?;
     let Some(normal) = normals.rows().into_iter().next() else { return Ok(None) };
     let direction = std::array::from_fn(|c| normal.get(c).copied().unwrap_or(0.0));
     let (sin, cos) = (motion.omega * t + motion.phase).sin_cos();
     Ok(Some((direction, [motion.amplitude * cos, -motion.amplitude * motion.omega * sin])))
+}
+
+/// The time of the state that a file offers.
+fn time_of(file: &hdf5::File) -> Result<f64, StoreError> {
+    Ok(match file.dataset("orbit/u0") {
+        Ok(_) => 0.0,
+        Err(_) => file.dataset("trajectory/t")?.values::<f64>()?.last().copied().unwrap_or(0.0),
+    })
 }
 
 /// Whether a scene has the nodes of a file.

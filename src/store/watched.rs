@@ -37,9 +37,13 @@ fn about(quantity: Quantity) -> [&'static str; 2] {
 }
 
 /// The values of all probes at a state, in the order of the tables.
-pub(super) fn values(probes: &[Probe], s: &Sample) -> Vec<Vec<f64>> {
-    let of = |p: &Probe| p.quantities.iter().map(|q| p.of(*q, [s.u, s.v, s.a])).collect::<Vec<_>>();
-    probes.iter().flat_map(of).collect()
+pub(super) fn values(kept: &Kept, s: &Sample) -> Vec<Vec<f64>> {
+    if kept.probes.is_empty() {
+        return vec![];
+    }
+    let [u, v, a] = kept.at_rest(s);
+    let of = |p: &Probe| p.quantities.iter().map(|q| p.of(*q, [&u, &v, &a])).collect::<Vec<_>>();
+    kept.probes.iter().flat_map(of).collect()
 }
 
 /// The open tables.

@@ -181,7 +181,7 @@ impl Conditions {
             Some(f) if order == 0 => self.pressure_of(f),
             _ => vec![0.0; self.count()],
         };
-        for h in &loads.harmonics {
+        for h in loads.harmonics.iter().filter(|h| !h.damps) {
             let c = h.factor(t, order);
             p.iter_mut().zip(self.pressure_of(&h.force)).for_each(|(p, f)| *p += c * f);
         }

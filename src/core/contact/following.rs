@@ -104,7 +104,8 @@ impl<'a> Maker<'a> {
 
     /// What a harmonic load adds to displacements, and to the gap or pressure of each point; of one that does not act on them nothing, or zeros.
     fn drive(&self, index: usize, load: &Harmonic, always: bool) -> Option<(Driven, Vec<f64>)> {
-        let Some(p) = self.load_on_contact(&load.force) else {
+        let p = (!load.damps).then(|| self.load_on_contact(&load.force)).flatten();
+        let Some(p) = p else {
             return always.then(|| self.still(Signal::Harmonic(index, load.clone())));
         };
         let displacement = self.shift(Some(&p), false);

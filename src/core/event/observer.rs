@@ -1,11 +1,13 @@
 //! Who takes what a run produces: samples, switches, grazings, checkpoints.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use super::checkpoint::Checkpoint;
 use super::ledger::Energies;
 use super::switch::{Grazing, Switch};
 use crate::contact::States;
+use crate::fem::Loads;
 
 /// A stored state.
 #[derive(Debug)]
@@ -29,6 +31,19 @@ pub struct Sample<'a> {
     pub energies: Option<Energies>,
     /// Sum of the energy jumps at switches so far.
     pub jumps: f64,
+}
+
+impl<'a> Sample<'a> {
+    /// Displacements, velocities and accelerations with what contact displacements are counted from added; empty where they are not known.
+    pub fn at_rest(&self, loads: &Loads) -> [Cow<'a, [f64]>; 3] {
+        let mut all = [self.u, self.v, self.a].map(Cow::Borrowed);
+        if loads.carried.moves_contact() {
+            for (order, x) in (0..).zip(&mut all).filter(|x| !x.1.is_empty()) {
+                loads.carried.add_contact(self.t, order, x.to_mut());
+            }
+        }
+        all
+    }
 }
 
 /// Takes what a run produces, as it is produced.

@@ -12,6 +12,7 @@ use super::dofs::{ContactRows, DofMap};
 use super::eigen;
 use super::element::{ElementMatrices, Shape};
 use super::law::Material;
+use super::massless;
 use super::reduction::Reduction;
 use super::sparse::{Csr, SpdFactor, Sums};
 use crate::mesh::{Block, Element, Mesh, Point, bounds, structured};
@@ -332,14 +333,33 @@ impl Body {
     ) -> Result<Body, FemError> {
         let n = mass.n_rows();
         let contact: Vec<usize> = rows.all().collect();
-        let (lowest, highest, free) = extreme_frequencies(mass, stiffness, &contact)?;
+        let dofs = DofMap::of_rows(n, rows);
+        let [of_mass, of_stiffness] = [mass, stiffness].map(|a| dofs.congruence(a));
+        let (lowest, highest, free) = match rows.massless.is_empty() {
+            true => extreme_frequencies(mass, stiffness, &contact)?,
+            false => {
+                let t = massless::split(n, &rows.massless);
+                let is_pivot = |i: usize| rows.massless.iter().any(|m| m.pivot == i);
+                // what has no mass has none to the last digit
+                let own = mass.congruence(&t).triplets().collect::<Vec<_>>();
+                let own = own.into_iter().filter(|e| !is_pivot(e.0) && !is_pivot(e.1)).collect();
+                let own = Csr::from_triplets(n, n, own);
+                let (lowest, highest, free) =
+                    extreme_frequencies(&own, &stiffness.congruence(&t), &contact)?;
+                let over_rows = |shape: Vec<f64>| {
+                    let mut all = vec![0.0; n];
+                    t.mul(&shape, &mut all);
+                    all
+                };
+                (lowest, highest, free.into_iter().map(over_rows).collect())
+            }
+        };
         if lowest <= 0.0 {
             return Err(FemError::NotPositiveDefinite { what: "stiffness matrix" });
         }
-        let dofs = DofMap::of_rows(n, rows);
         Ok(Body {
-            mass: dofs.congruence(mass),
-            stiffness: dofs.congruence(stiffness),
+            mass: of_mass,
+            stiffness: of_stiffness,
             mesh: structured::row(length, n),
             origin: Origin::Matrices { lowest, highest: (1.0 + 1e-9) * highest, free },
             dofs,

@@ -1,4 +1,5 @@
-//! What moves as given: the displacements that supports hold, `Σ_j w_j s_j(t)`.
+//! What moves as given: the displacements that supports hold, `Σ_j w_j s_j(t)`, and the places from which contact displacements are counted, `u_C + Σ_j q_j s_j(t)`
+//! where a gap moves.
 //!
 //! Their forces on the other displacements are loads. The energies of the whole body have their part, too:
 //!
@@ -15,8 +16,10 @@ use super::reduction::Reduction;
 #[derive(Debug, Clone, PartialEq)]
 struct Motion {
     course: Course,
-    /// Over the nodes of the mesh.
+    /// Over the nodes of the mesh; nothing where contact displacements are counted from it.
     field: Vec<f64>,
+    /// `q` over `u_C`; nothing of a support.
+    contact: Vec<f64>,
     /// `K_fp w` over `u`.
     stiffness: Vec<f64>,
     /// `M_fp w` over `u`.
@@ -40,13 +43,53 @@ impl Carried {
     /// Add `w s(t)`; `forces` are `K_fp w` and `M_fp w`.
     pub fn push(&mut self, body: &Body, field: Vec<f64>, forces: [Vec<f64>; 2], course: &Course) {
         let [stiffness, mass] = forces;
-        self.motions.push(Motion { course: course.clone(), field, stiffness, mass });
-        if let Some(last) = self.motions.last() {
-            let of = body.products_of_field(&last.field);
-            for (among, product) in self.among.iter_mut().zip(of) {
-                let dot = |m: &Motion| m.field.iter().zip(&product).map(|(w, p)| w * p).sum();
-                among.extend(self.motions.iter().map(dot).collect::<Vec<f64>>());
-            }
+        let of = body.products_of_field(&field);
+        let contact = vec![];
+        self.motions.push(Motion { course: course.clone(), field, contact, stiffness, mass });
+        for (among, product) in self.among.iter_mut().zip(of) {
+            let dot = |m: &Motion| m.field.iter().zip(&product).map(|(w, p)| w * p).sum();
+            among.extend(self.motions.iter().map(dot).collect::<Vec<f64>>());
+        }
+    }
+
+    /// Count contact displacements, which have no mass, from `q s(t)`; `force` is `K q` over `u`.
+    pub fn push_contact(&mut self, q: Vec<f64>, force: Vec<f64>, course: &Course) {
+        let mass = vec![0.0; force.len()];
+        let n_o = force.len() - q.len();
+        // what the others bring forth at q: supports along their fields, contact displacements along theirs
+        let along = |m: &Motion| match m.contact.is_empty() {
+            true => m.stiffness[n_o..].iter().zip(&q).map(|(k, q)| k * q).sum::<f64>(),
+            false => m.contact.iter().zip(&force[n_o..]).map(|(q, k)| q * k).sum(),
+        };
+        let own: f64 = q.iter().zip(&force[n_o..]).map(|(q, k)| q * k).sum();
+        let row: Vec<f64> = self.motions.iter().map(along).chain([own]).collect();
+        self.among[1].extend(vec![0.0; row.len()]);
+        self.among[0].extend(row);
+        let (course, field) = (course.clone(), vec![]);
+        self.motions.push(Motion { course, field, contact: q, stiffness: force, mass });
+    }
+
+    /// Whether supports move.
+    pub fn moves_supports(&self) -> bool {
+        self.motions.iter().any(|m| m.contact.is_empty())
+    }
+
+    /// Whether contact displacements are counted from places that move.
+    pub fn moves_contact(&self) -> bool {
+        self.motions.iter().any(|m| !m.contact.is_empty())
+    }
+
+    /// Where contact displacements are counted from, with what it does in time.
+    pub fn of_contact(&self) -> impl Iterator<Item = (&Course, &[f64])> {
+        let moving = self.motions.iter().filter(|m| !m.contact.is_empty());
+        moving.map(|m| (&m.course, &m.contact[..]))
+    }
+
+    /// Add to the end of a vector over `u`, its contact displacements, where they are counted from at a time, or its derivative of this order.
+    pub fn add_contact(&self, t: f64, order: u32, u: &mut [f64]) {
+        for (course, q) in self.of_contact() {
+            let (s, n_o) = (course.at(t, order), u.len() - q.len());
+            u[n_o..].iter_mut().zip(q).for_each(|(x, q)| *x += s * q);
         }
     }
 

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::frame::{ContactPoint, Facing, Frame, FrameError, Frames, Held, Slot};
+use super::massless::Massless;
 use super::sparse::Csr;
 use crate::mesh::{Mesh, Point};
 
@@ -17,8 +18,10 @@ pub struct ContactRows {
     pub facing: Vec<usize>,
     /// `P_ij` of the rows against which each of these is counted; may be empty: rigid obstacles.
     pub against: Vec<Vec<(usize, f64)>>,
-    /// Rows of masters that give up their inertia.
+    /// Rows of masters that give up their inertia, and those that have none.
     pub idle: Vec<usize>,
+    /// Motions without mass of several rows, each with the idle row that stands for it: the others move with that one, and by themselves.
+    pub massless: Vec<Massless>,
 }
 
 impl ContactRows {
@@ -67,6 +70,8 @@ pub struct DofMap {
     slaves: Vec<usize>,
     /// Of given matrices: place in `u` of each row.
     rows: Vec<usize>,
+    /// Of given matrices: entries of `u` whose rows move with others as well, `u_i = û_i + Σ_p Z_ip û_p`.
+    mixed: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
 impl DofMap {
@@ -128,6 +133,7 @@ impl DofMap {
             places,
             slaves: vec![],
             rows: vec![],
+            mixed: vec![],
         };
         dofs.tie(&slots)?;
         let components = |n: usize| dofs.dim * n..dofs.dim * (n + 1);
@@ -211,13 +217,33 @@ impl DofMap {
         }
         let mut against = rows.against.clone();
         against.resize(contact.len(), vec![]);
-        // u_s = u_C + Σ P u_m
-        let own = |row: usize| index[row].map(|i| (i, 1.0));
-        let tied = |(&s, masters): (&usize, &Vec<(usize, f64)>)| {
-            let of_master = masters.iter().filter_map(|&(m, p)| Some((index[m]?, p)));
-            (!masters.is_empty()).then(|| (s, vec![own(s).into_iter().chain(of_master).collect()]))
+        // u_i = û_i + Σ Z û_p; contact displacements and what follows with them are coordinates by themselves
+        let mut with: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+        // one of contact displacements alone moves with these
+        for motion in rows.massless.iter().filter(|m| rows.idle.contains(&m.pivot)) {
+            let of_others = motion.others.iter().filter(|e| !contact.contains(&e.0));
+            of_others.for_each(|&(i, z)| with.entry(i).or_default().push((motion.pivot, z)));
+        }
+        let place = |(row, z): (usize, f64)| index[row].map(|i| (i, z));
+        let own = |row: usize| -> Vec<(usize, f64)> {
+            let others = with.get(&row).into_iter().flatten().copied();
+            std::iter::once((row, 1.0)).chain(others).filter_map(place).collect()
         };
-        let tied = contact.iter().zip(&against).filter_map(tied).collect();
+        // u_s = u_C + Σ P u_m
+        let tied = |(&s, masters): (&usize, &Vec<(usize, f64)>)| {
+            let mut row: BTreeMap<usize, f64> = own(s).into_iter().collect();
+            for &(m, p) in masters {
+                own(m).into_iter().for_each(|(i, z)| *row.entry(i).or_insert(0.0) += p * z);
+            }
+            (!masters.is_empty()).then(|| (s, vec![row.into_iter().collect()]))
+        };
+        let mut tied: BTreeMap<usize, Vec<Vec<(usize, f64)>>> =
+            contact.iter().zip(&against).filter_map(tied).collect();
+        tied.extend(with.keys().map(|&row| (row, vec![own(row)])));
+        let of_mixed = |(&row, others): (&usize, &Vec<(usize, f64)>)| {
+            Some((index[row]?, others.iter().filter_map(|e| place(*e)).collect()))
+        };
+        let mixed = with.iter().filter_map(of_mixed).collect();
         let x = [1.0, 0.0, 0.0];
         let point = |&i: &usize| ContactPoint { node: i, direction: x, normal: x, group: 0 };
         DofMap {
@@ -236,6 +262,7 @@ impl DofMap {
             places: (n_o..n).map(|i| (i, 1.0)).collect(),
             slaves: vec![],
             index,
+            mixed,
         }
     }
 
@@ -256,6 +283,10 @@ impl DofMap {
         self.rows.iter_mut().for_each(moved);
         self.places.iter_mut().for_each(|p| moved(&mut p.0));
         self.tied.values_mut().flatten().flatten().for_each(|t| moved(&mut t.0));
+        for (i, others) in &mut self.mixed {
+            moved(i);
+            others.iter_mut().for_each(|e| moved(&mut e.0));
+        }
         self.n_o += count;
         self
     }
@@ -263,7 +294,7 @@ impl DofMap {
     /// The same contact with `n_o` coordinates in place of `u_O`: no node has a number any more.
     pub(crate) fn of_coordinates(&self, n_o: usize) -> DofMap {
         let (index, tied) = (vec![None; self.index.len()], BTreeMap::new());
-        DofMap { n_o, index, tied, ..self.clone() }
+        DofMap { n_o, index, tied, mixed: vec![], ..self.clone() }
     }
 
     /// `Tᵀ A T` of a matrix over the displacements of given matrices.
@@ -384,7 +415,15 @@ impl DofMap {
             }
         }
         self.count_against(&mut u, |node, c| of(node)[c]);
+        self.unmix(&mut u);
         u
+    }
+
+    /// Take from displacements of rows what they move with others: `û_i = u_i − Σ_p Z_ip û_p`.
+    fn unmix(&self, u: &mut [f64]) {
+        for (i, others) in &self.mixed {
+            u[*i] -= others.iter().map(|&(p, z)| z * u[p]).sum::<f64>();
+        }
     }
 
     /// Take from contact displacements what their masters do: `Σ_j P_ij m_i·u_j`.
@@ -452,6 +491,7 @@ impl DofMap {
             }
         }
         self.count_against(&mut u, of);
+        self.unmix(&mut u);
         u
     }
 }

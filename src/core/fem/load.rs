@@ -57,6 +57,8 @@ pub struct Harmonic {
     pub phase: f64,
     /// `m`: the force follows this derivative of the cosine, so that its size follows the frequency.
     pub derivative: u32,
+    /// It is that of dampers which are stretched as given: contact pressures, which are elastic, do not bear it, and it acts on `u_C` through what these follow.
+    pub damps: bool,
 }
 
 impl Harmonic {
@@ -156,7 +158,7 @@ impl Loads {
         match course {
             Course::Harmonic { omega, phase } => {
                 let (omega, phase) = (*omega, *phase);
-                self.harmonics.push(Harmonic { force, omega, phase, derivative });
+                self.harmonics.push(Harmonic { force, omega, phase, derivative, damps: false });
             }
             Course::Measured(history) => {
                 let history = history.clone();
@@ -168,6 +170,13 @@ impl Loads {
                 None => self.constant = Some(force),
             },
         }
+    }
+
+    /// Add the force of dampers that are stretched by a course in time: see [`Harmonic::damps`].
+    pub fn damp(&mut self, force: Vec<f64>, course: &Course) {
+        let before = self.harmonics.len();
+        self.follow(force, 1, course);
+        self.harmonics[before..].iter_mut().for_each(|h| h.damps = true);
     }
 
     /// `f ← f(t)`.
@@ -186,10 +195,12 @@ impl Loads {
         }
     }
 
-    /// Power `(f(t) − f₀)ᵀ v` of what changes in time.
-    pub(crate) fn driven_power(&self, t: f64, v: &[f64]) -> f64 {
-        let dot = |force: &[f64]| -> f64 { force.iter().zip(v).map(|(f, v)| f * v).sum() };
-        let harmonic = self.harmonics.iter().map(|h| h.factor(t, 0) * dot(&h.force));
+    /// Power `(f(t) − f₀)ᵀ v` of what changes in time, of dampers that are stretched as given with `A* u̇_O` for `v`.
+    pub(crate) fn driven_power(&self, t: f64, (v, followed): (&[f64], &[f64])) -> f64 {
+        let along = |force: &[f64], v: &[f64]| force.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
+        let dot = |force: &[f64]| along(force, v);
+        let of = |h: &Harmonic| along(&h.force, if h.damps { followed } else { v });
+        let harmonic = self.harmonics.iter().map(|h| h.factor(t, 0) * of(h));
         let measured = self.measured.iter().map(|m| m.factor(t, 0) * dot(&m.force));
         harmonic.chain(measured).sum()
     }

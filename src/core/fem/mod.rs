@@ -16,6 +16,7 @@ pub mod interpolate;
 pub(crate) mod kernel;
 pub(crate) mod law;
 pub mod load;
+mod massless;
 mod matrix_market;
 mod normals;
 #[doc(hidden)]
@@ -42,6 +43,7 @@ pub use frame::{ContactPoint, Facing, Fix, FrameError, Held};
 pub use kernel::Kernel;
 pub use law::{Material, StressState};
 pub use load::{Course, Harmonic, Loads, Measured};
+pub use massless::{Massless, motions_without_mass, standing_beside};
 pub use matrix_market::parse_matrix_market;
 pub(crate) use pivots::Pivots;
 pub use probe::{Nowhere, Probe, Quantity, Spot};

@@ -58,12 +58,12 @@ impl Drives {
         enclosure
     }
 
-    /// Work of all harmonic loads along `ḋ`, from `a` to `b`: `Σ_ij c_iᵀf_j ∫ d/dt cos(ω_i t + φ_i) cos(ω_j t + φ_j) dt`, where `forces` are those on
+    /// Work of all harmonic loads that pressures bear along `ḋ`, from `a` to `b`: `Σ_ij c_iᵀf_j ∫ d/dt cos(ω_i t + φ_i) cos(ω_j t + φ_j) dt`, where `forces` are those on
     /// `u_C`.
     pub fn work(&self, a: f64, b: f64) -> f64 {
         let mut sum = 0.0;
         for x in &self.harmonic {
-            for y in &self.harmonic {
+            for y in self.harmonic.iter().filter(|y| !y.load.damps) {
                 let n_o = y.load.force.len() - x.displacement.len();
                 let force = &y.load.force[n_o..];
                 let dot: f64 = x.displacement.iter().zip(force).map(|(d, f)| d * f).sum();

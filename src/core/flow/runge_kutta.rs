@@ -89,7 +89,10 @@ impl<'a> RungeKutta<'a> {
         k[..n].copy_from_slice(v);
         phase.acceleration(t, u, v, &mut self.scratch, &mut k[n..2 * n]);
         if let Some(i) = self.layout.work {
-            k[i] = self.system.loads.driven_power(t, &self.scratch.v);
+            let loads = &self.system.loads;
+            let stretched = loads.harmonics.iter().any(|h| h.damps);
+            let followed = if stretched { phase.followed(v) } else { vec![] };
+            k[i] = loads.driven_power(t, (&self.scratch.v, &followed));
         }
         if let Some(i) = self.layout.dissipated {
             k[i] = phase.dissipation(v, &mut self.scratch);

@@ -2,6 +2,11 @@
 
 use super::Point;
 
+/// `a + b`
+pub fn plus(a: &Point, b: &Point) -> Point {
+    std::array::from_fn(|c| a[c] + b[c])
+}
+
 /// `a − b`
 pub fn minus(a: &Point, b: &Point) -> Point {
     std::array::from_fn(|c| a[c] - b[c])

@@ -40,7 +40,8 @@ pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
             "fronts": fronts,
             "behind": (0..n_c).map(|i| edge.behind(i)).collect::<Vec<_>>(),
             "curves": edge.curves(),
-            "parts": edge.parts(),
+            // the page draws obstacles that stay
+            "parts": if stored.swings() { vec![] } else { edge.parts() },
             "meets": edge.parts().iter().map(|p| stored.meets(p[0])).collect::<Vec<bool>>(),
             "closed": edge.parts().iter().map(|p| edge.is_closed(p)).collect::<Vec<bool>>(),
         },

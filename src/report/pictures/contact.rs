@@ -99,7 +99,9 @@ fn displacements(stored: &Stored, edge: &Edge, shown: &[usize]) -> Cell<'static>
     let fronts = edge.fronts.iter().map(|&i| stored.gap[i]);
     let behind = edge.fronts.iter().filter_map(|&i| edge.behind(i)).map(|i| -stored.gap[i]);
     let y = range(all.chain(fronts).chain(behind));
-    let mut chart = over_time(stored, y, ("", "contact displacement"));
+    // where gaps move displacements are counted from where they have gone
+    let name = if stored.swings() { "displacement less the gap's" } else { "contact displacement" };
+    let mut chart = over_time(stored, y, ("", name));
     let mut entries: Vec<Entry> = vec![entry("in contact", SHADE, Mark::Patch)];
     let (limits, time) = (edge.even_limits(), time_range(stored));
     for &limit in &limits {

@@ -19,8 +19,8 @@ struct Shapes<'s> {
     largest: f64,
     /// Of the displacements.
     magnification: f64,
-    /// The obstacles.
-    walls: Vec<Wall>,
+    /// The obstacles at each of these states.
+    walls: Vec<Vec<Wall>>,
     /// The outline.
     sides: Vec<Vec<usize>>,
 }
@@ -28,7 +28,8 @@ struct Shapes<'s> {
 impl<'s> Shapes<'s> {
     fn of(stored: &'s Stored, rows: &[usize]) -> Self {
         let Magnified { largest, factor: magnification } = Magnified::of(stored, rows);
-        let (walls, sides) = (walls(stored, magnification), boundary(stored));
+        let walls = rows.iter().map(|&row| walls(stored, magnification, row)).collect();
+        let sides = boundary(stored);
         Shapes { stored, rows: rows.to_vec(), largest, magnification, walls, sides }
     }
 
@@ -43,7 +44,7 @@ impl<'s> Shapes<'s> {
     fn extent(&self, c: usize) -> Range<f64> {
         let n = self.stored.nodes.nrows();
         let all = self.rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
-        let walls = self.walls.iter().flatten().map(|p| p.0[c]);
+        let walls = self.walls.iter().flatten().flatten().map(|p| p.0[c]);
         let nodes = (0..n).map(|i| self.stored.nodes[(i, c)]);
         range(all.map(|(r, i)| self.position(r, i)[c]).chain(nodes).chain(walls))
     }
@@ -65,7 +66,8 @@ impl<'s> Shapes<'s> {
             }
         }
         draw_outline(&canvas, stored, &self.sides, |p| place.pixel(p))?;
-        self.walls.iter().try_for_each(|wall| draw_wall(&canvas, wall, |p| place.pixel(p)))
+        let own = self.rows.iter().position(|&row| row == r).map(|k| &self.walls[k]);
+        own.into_iter().flatten().try_for_each(|wall| draw_wall(&canvas, wall, |p| place.pixel(p)))
     }
 }
 

@@ -77,7 +77,7 @@ fn bar_shapes(stored: &Stored, of: &[usize], rows: &[usize]) -> Sheet<'static> {
     let wall = stored
         .gap
         .first()
-        .filter(|_| stored.facing() > 0 && !stored.meets(0))
+        .filter(|_| stored.facing() > 0 && !stored.meets(0) && !stored.swings())
         .map(|g| stored.contact_normals[(0, 0)] * g);
     let y = range([y.start, y.end].into_iter().chain(wall));
     let reach = 0.04 * (x.end - x.start);

@@ -58,12 +58,12 @@ pub(super) type Wall = Vec<([f64; 2], [f64; 2])>;
 /// Obstacles farther off than this part of the body are drawn only where they are touched.
 const REACH: f64 = 2.0;
 
-/// The obstacles: the contact edges moved by the magnified gaps along the contact directions.
-pub(super) fn walls(stored: &Stored, magnification: f64) -> Vec<Wall> {
+/// The obstacles at stored state `row`: the contact edges moved by the magnified gaps along the contact directions.
+pub(super) fn walls(stored: &Stored, magnification: f64, row: usize) -> Vec<Wall> {
     let at = |&i: &usize| {
         let normal = [0, 1].map(|c| stored.contact_normals[(i, c)]);
         let place = stored.contact_place(i);
-        let moved = [0, 1].map(|c| place[c] + magnification * stored.gap[i] * normal[c]);
+        let moved = [0, 1].map(|c| place[c] + magnification * stored.gap_at(row, i) * normal[c]);
         (moved, normal)
     };
     let edge = Edge::of(stored);

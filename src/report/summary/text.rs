@@ -313,7 +313,7 @@ fn energy(out: &mut Lines, system: &System, report: &Report) {
     if !system.loads.is_none() {
         let what = match system.loads.carried.is_empty() {
             true => "by the work of the loads",
-            false => "by the work of the loads and of the supports that move",
+            false => "by the work of the loads, and of the supports and obstacles that move",
         };
         part(report.energy_external, what);
     }
