@@ -9,25 +9,30 @@ use crate::scenario::FileName;
 
 /// Read a matrix; the message says what is wrong with the file.
 pub(crate) fn read_matrix(folder: &Path, name: &str) -> Result<Csr, String> {
-    let FileName { file, dataset } = FileName::parse(name);
-    match dataset {
-        Some(dataset) => read_hdf5(&folder.join(file), dataset),
-        None => read_written(folder, name).map(|written| written.matrix),
-    }
+    read_written(folder, name).map(|written| written.matrix)
+}
+
+/// HDF5, which MATLAB puts a header of its own before.
+fn is_hdf5(bytes: &[u8]) -> bool {
+    const SIGN: &[u8] = b"\x89HDF\r\n\x1a\n";
+    [0, 512].iter().any(|&at| bytes.get(at..).is_some_and(|b| b.starts_with(SIGN)))
 }
 
 /// Read a matrix that some program wrote, with what else its file says.
 pub(crate) fn read_written(folder: &Path, name: &str) -> Result<Written, String> {
     let FileName { file, dataset } = FileName::parse(name);
-    if dataset.is_some() {
-        let matrix = read_matrix(folder, name)?;
+    let path = folder.join(file);
+    let fail = |e: std::io::Error| format!("{}: {e}", path.display());
+    let mut start = vec![];
+    std::fs::File::open(&path).and_then(|f| f.take(520).read_to_end(&mut start)).map_err(fail)?;
+    if let Some(dataset) = dataset.filter(|_| is_hdf5(&start)) {
+        let matrix = read_hdf5(&path, dataset)?;
         let entries = matrix.n_entries();
         let (one_triangle, names, held) = (false, vec![], vec![]);
         return Ok(Written { format: "HDF5", matrix, entries, one_triangle, names, held });
     }
-    let path = folder.join(file);
-    let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    formats::read_matrix(&bytes).map_err(|e| format!("{}: {e}", path.display()))
+    let bytes = std::fs::read(&path).map_err(fail)?;
+    formats::read_matrix(&bytes, dataset).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// Read a dense dataset. MATLAB writes its matrices column by column, which HDF5 shows transposed, and says so by an attribute.

@@ -60,6 +60,7 @@ mod problem;
 mod promises;
 mod quasistatic;
 mod random_scenes;
+mod reduce;
 mod reductions;
 mod reference_solutions;
 mod responses;

@@ -97,7 +97,7 @@ impl Split {
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[a].abs().total_cmp(&eigen.eigenvalues[b].abs()));
         let free =
-            order[..n - all.len()].iter().map(|&i| eigen.eigenvectors.column(i).into_owned());
+            order[..n - s.ncols()].iter().map(|&i| eigen.eigenvectors.column(i).into_owned());
         Split { s, x: DMatrix::from_columns(&free.collect::<Vec<_>>()) }
     }
 
@@ -212,16 +212,17 @@ fn contact_and_motions_without_mass_follow_together() {
     let h = until / steps as f64;
     let (mut a, mut v) = (DVector::zeros(x.ncols()), DVector::zeros(x.ncols()));
     let mut size = 0.0f64;
-    let mut row = 0;
+    let mut seen = 0;
     for step in 0..=steps {
         let t = h * step as f64;
-        if (t - stored.t[row]).abs() < 1e-9 {
+        // states at switches lie between the steps
+        if let Some(row) = stored.t.iter().position(|s| (s - t).abs() < 1e-9) {
             let u = displacement(t, &a, &mut lambda);
             for i in 0..n {
                 worst = worst.max((stored.displacement(row, i)[0] - u[i]).abs());
                 size = size.max(u[i].abs());
             }
-            row += 1;
+            seen += 1;
         }
         let mut rate = |t: f64, a: &DVector<f64>| {
             displacement(t, a, &mut lambda);
@@ -238,5 +239,5 @@ fn contact_and_motions_without_mass_follow_together() {
         a += h / 6.0 * (&v + 2.0 * &v2 + 2.0 * &v3 + &v4);
         v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
     }
-    assert!(row > 40 && worst < 1e-5 * size, "{row} states, {worst} of {size}");
+    assert!(seen > 40 && worst < 1e-6 * size, "{seen} states, {worst} of {size}");
 }

@@ -77,6 +77,26 @@ def test_arrays_are_those_of_the_command_line_bit_for_bit(tmp_path, command):
             assert np.array_equal(kept[name], data, equal_nan=True), name
 
 
+def test_matrices_of_a_reduced_body_are_the_same_in_all_formats(tmp_path, command):
+    """NumPy, SciPy and h5py, which know nothing of this package, read what ``signorini reduce`` writes."""
+    from scipy.io import loadmat
+
+    for ending in "npz", "mat", "h5":
+        subprocess.run([command, "reduce", "scenarios/blade.toml", "-o", tmp_path / f"blade.{ending}", "--basis", "-q"], check=True)
+    by_numpy = np.load(tmp_path / "blade.npz")
+    by_scipy = loadmat(tmp_path / "blade.mat")
+    by_h5py = everything(tmp_path / "blade.h5")
+    assert {"K", "M", "C", "W", "B", "gap", "force"} <= set(by_h5py)
+    for name, data in by_h5py.items():
+        assert np.array_equal(by_numpy[name], data), name
+        assert np.array_equal(np.squeeze(by_scipy[name]), np.squeeze(data)), name
+    k, m = by_h5py["K"], by_h5py["M"]
+    assert np.allclose(k, k.T) and np.linalg.eigvalsh(k)[0] > 0
+    # contact displacements have no mass: what has some is definite
+    n_c = len(by_h5py["gap"])
+    assert not m[-n_c:].any() and np.linalg.eigvalsh(m[:-n_c, :-n_c])[0] > 0
+
+
 def test_attributes_have_the_names_of_the_json_keys(tmp_path, command):
     said = subprocess.run(
         [command, "run", "scenarios/plate.toml", "-o", tmp_path / "a.h5", "--json"], check=True, capture_output=True

@@ -1,6 +1,7 @@
 //! `signorini inspect block.sti`: what a matrix of another program holds.
 
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::path::Path;
 
 use serde_json::json;
@@ -8,17 +9,24 @@ use serde_json::json;
 use signorini::fem::formats::{DofName, Written, read_matrix};
 use signorini::fem::motions_without_mass;
 use signorini::report::summary::significant;
-use signorini::scenario::names_beside;
+use signorini::scenario::{FileName, names_beside};
 
 use super::{Answer, CliError, Global};
 
 /// Endings under which programs write matrices.
-const ENDINGS: [&str; 7] = ["sti", "mas", "mtx", "matrix", "hb", "rsa", "npz"];
+const ENDINGS: [&str; 9] = ["sti", "mas", "mtx", "matrix", "hb", "rsa", "npz", "pch", "op4"];
 
-/// Whether a file is one, by its name.
+/// Whether a file is one, by its name, of MATLAB by its content.
 pub(crate) fn is_matrix(path: &Path) -> bool {
-    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    ending.is_some_and(|e| ENDINGS.contains(&e.as_str()))
+    let word = path.to_string_lossy();
+    let file = Path::new(FileName::parse(&word).file);
+    let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let is_old = || {
+        let mut start = [0; 10];
+        let read = std::fs::File::open(file).and_then(|mut f| f.read_exact(&mut start));
+        read.is_ok() && &start == b"MATLAB 5.0"
+    };
+    ending.is_some_and(|e| ENDINGS.contains(&e.as_str()) || e == "mat" && is_old())
 }
 
 /// Names of its rows: its own, or those of a file beside it.
@@ -32,9 +40,11 @@ fn names(path: &Path, written: &Written) -> Result<Vec<DofName>, CliError> {
 /// Say what it holds.
 pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let input = |why: String| CliError::Input(format!("{}: {why}", path.display()));
-    let bytes = std::fs::read(path).map_err(|e| input(e.to_string()))?;
-    let written = read_matrix(&bytes).map_err(input)?;
-    let names = names(path, &written)?;
+    let word = path.to_string_lossy();
+    let FileName { file, dataset } = FileName::parse(&word);
+    let bytes = std::fs::read(file).map_err(|e| input(e.to_string()))?;
+    let written = read_matrix(&bytes, dataset).map_err(input)?;
+    let names = names(Path::new(file), &written)?;
     let a = &written.matrix;
     let n = a.n_rows();
     if !names.is_empty() && names.len() != n {

@@ -28,6 +28,7 @@ mod plot;
 mod precision;
 mod progress;
 mod ratios;
+mod reduce;
 mod resources;
 mod response;
 mod run;
@@ -89,6 +90,8 @@ enum Command {
     View(view::Arguments),
     /// Results for ParaView (VTU/XDMF) or a spreadsheet (CSV)
     Export(export::Arguments),
+    /// The matrices of a scene, reduced as it says, for other programs (HDF5, MATLAB, NumPy)
+    Reduce(reduce::Arguments),
     /// What is in a file, in words
     Inspect(inspect::Arguments),
     /// Speed against error: integrators × tolerances on a scene, table and picture
@@ -142,6 +145,7 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Plot(a) => plot::run(a, global),
         Command::View(a) => view::run(a, global),
         Command::Export(a) => export::run(a, global),
+        Command::Reduce(a) => reduce::run(a, global),
         Command::Inspect(a) => inspect::run(a, global),
         Command::Precision(a) => precision::run(a, global),
         Command::Trust(a) => trust::run(a, global),

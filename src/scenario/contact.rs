@@ -151,9 +151,10 @@ pub(super) struct Table {
     /// Pairs: the gap may be negative, an interference: parts that were pressed together.
     #[schemars(extend("default" = false))]
     press: Option<bool>,
-    /// Distance to the obstacle along the outward normals of the nodes, undeformed; may be 0 or negative. Of pairs `"geometry"` (the default): what the meshes leave between
+    /// Distance to the obstacle along the outward normals of the nodes, undeformed; may be 0 or negative. An expression may hold the time `t` inside sines and cosines: a
+    /// gap that moves from place to place. Of pairs `"geometry"` (the default): what the meshes leave between
     /// them; where curved surfaces of different meshes are meant to coincide, give 0.
-    #[schemars(extend("examples" = [1.0, "1.0 + 0.02*y", "geometry"]))]
+    #[schemars(extend("examples" = [1.0, "1.0 + 0.02*y", "0.36 + 0.1*cos(2*x - 5.0*t)", "geometry"]))]
     gap: Option<GapKey>,
     /// The obstacle itself, in place of `gap` (meshes, bars, plates).
     plane: Option<Plane>,

@@ -56,7 +56,7 @@ pub(crate) use error::Issue;
 pub use error::SceneError;
 pub(crate) use error::{from_toml as misread, locate};
 pub use expression::{Amplitude, Field};
-pub(crate) use file::FileName;
+pub use file::FileName;
 pub use initial::Components;
 pub(crate) use initial::Initial;
 pub use load::Load;

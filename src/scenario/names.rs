@@ -165,9 +165,6 @@ pub fn names_beside(path: &Path) -> Option<Result<Vec<DofName>, String>> {
 /// The names of the rows of a matrix, from its file or from one beside it, and those of what is held.
 fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), String> {
     let FileName { file, dataset } = FileName::parse(file);
-    if dataset.is_some() {
-        return Err(format!("{file} has no names"));
-    }
     let path = folder.join(file);
     if let Some(names) = names_beside(&path) {
         return names.map(|names| (names, vec![]));
@@ -176,15 +173,22 @@ fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), S
     let is_labelled = |line: &&str| !line.trim_start().starts_with('*') && !line.trim().is_empty();
     let start = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).into_owned();
     let first = start.lines().find(is_labelled).unwrap_or_default();
-    if first.matches(',').count() < 4 {
-        return Err(format!(
-            "{} has no names, and no .dof or .mapping stands beside it",
-            path.display()
-        ));
+    let none =
+        || format!("{} has no names, and no .dof or .mapping stands beside it", path.display());
+    let of_abaqus = first.matches(',').count() >= 4;
+    // what has names says so at once
+    let says = ["DMIG", "*USER ELEMENT", "MATLAB 5.0"]
+        .iter()
+        .any(|word| start.to_uppercase().contains(word));
+    if !of_abaqus && !says {
+        return Err(none());
     }
-    read_matrix(&bytes)
-        .map(|w| (w.names, w.held))
-        .map_err(|why| format!("{}: {why}", path.display()))
+    let written =
+        read_matrix(&bytes, dataset).map_err(|why| format!("{}: {why}", path.display()))?;
+    match written.names.is_empty() {
+        true => Err(none()),
+        false => Ok((written.names, written.held)),
+    }
 }
 
 /// A name that is none, with what there is.

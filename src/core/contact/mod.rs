@@ -16,6 +16,7 @@ mod excursions;
 mod expansion;
 mod following;
 pub(crate) mod friction;
+mod given;
 mod gram;
 mod held;
 mod impact;
@@ -54,6 +55,7 @@ pub(crate) use equilibrium::{monitor_tolerance, static_displacement};
 pub use excursions::{Excursions, Strayed};
 pub use expansion::{Drive, MeasuredDrive};
 pub use friction::{Elastic, RubbingRates, Slider, Tangent};
+pub use given::Given;
 pub use impact::{Blow, BlowMap, Impact};
 pub use law::{
     Conduct, Coulomb, Exit, Instants, Law, March, Nitsche, Penalty, Push, Restitution, Rule,

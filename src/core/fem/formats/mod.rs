@@ -7,9 +7,17 @@
 //! | five, with commas, `101,2, 101,1, 3.5e1` | Abaqus's `MATRIX INPUT` |
 //! | `RSA` in the third line | Harwell–Boeing, as Ansys's `HBMAT` writes it |
 //! | `PK` | SciPy's `.npz` |
+//! | `MATLAB 5.0 MAT-file` | MATLAB's files older than 7.3 |
+//! | `DMIG` | Nastran's punch files and bulk data |
+//! | integers in `4I8`, a name, a format | Nastran's `OUTPUT4` as text |
+//! | `*USER ELEMENT` | substructures of Abaqus and CalculiX |
 
 mod harwell_boeing;
+mod mat;
+mod nastran;
 mod npz;
+mod op4;
+mod substructure;
 mod triplets;
 
 use std::collections::{BTreeSet, HashSet};
@@ -52,19 +60,123 @@ pub struct Written {
     pub held: Vec<DofName>,
 }
 
-/// Read a matrix; the message says what is wrong with the file, and what would help.
-pub fn read_matrix(bytes: &[u8]) -> Result<Written, String> {
+/// One of the matrices of a file that has several, by name.
+#[derive(Debug)]
+struct Named {
+    name: String,
+    /// As it stands there, perhaps one triangle; or why it is none.
+    matrix: Result<Csr, String>,
+    entries: usize,
+    one_triangle: bool,
+    names: Vec<DofName>,
+}
+
+impl Named {
+    fn new(name: String, matrix: Result<Csr, String>) -> Named {
+        let entries = matrix.as_ref().map_or(0, Csr::n_entries);
+        Named { name, matrix, entries, one_triangle: false, names: vec![] }
+    }
+
+    fn refused(name: String, why: &str) -> Named {
+        Named::new(name, Err(why.into()))
+    }
+
+    fn is_square(&self) -> bool {
+        self.matrix.as_ref().is_ok_and(|a| a.n_rows() == a.n_cols() && a.n_rows() > 1)
+    }
+}
+
+/// A sparse matrix by columns.
+struct Sparse<'a> {
+    sizes: (usize, usize),
+    /// First entry of each column, and how many there are.
+    starts: &'a [usize],
+    rows: &'a [usize],
+    values: &'a [f64],
+}
+
+fn from_columns(a: &Sparse) -> Result<Csr, String> {
+    let (rows, columns) = a.sizes;
+    let count = a.starts.last().copied().unwrap_or(0);
+    let fits = a.starts.len() == columns + 1
+        && a.starts.windows(2).all(|w| w[0] <= w[1])
+        && count <= a.values.len().min(a.rows.len())
+        && a.rows[..count].iter().all(|i| *i < rows);
+    if !fits {
+        return Err("its columns, rows and entries do not fit together".into());
+    }
+    let of = |j: usize| (a.starts[j]..a.starts[j + 1]).map(move |p| (p, j));
+    let entries = (0..columns).flat_map(of).map(|(p, j)| (a.rows[p], j, a.values[p]));
+    Ok(Csr::from_triplets(rows, columns, entries.collect()))
+}
+
+/// That of a name, or the only one.
+fn pick(format: &'static str, all: Vec<Named>, wanted: Option<&str>) -> Result<Written, String> {
+    let list = || {
+        let names: Vec<&str> =
+            all.iter().filter(|m| m.is_square()).map(|m| m.name.as_str()).collect();
+        let first = names.first().copied().unwrap_or("K");
+        format!("it has {}; name one behind the file, as FILE:/{first}", names.join(", "))
+    };
+    let square: Vec<usize> = (0..all.len()).filter(|k| all[*k].is_square()).collect();
+    let found = match (wanted, &square[..]) {
+        (Some(name), _) => {
+            let own = all.iter().position(|m| m.name == name);
+            let alike = || all.iter().position(|m| m.name.eq_ignore_ascii_case(name));
+            own.or_else(alike).ok_or_else(|| format!("has no matrix {name}: {}", list()))?
+        }
+        (None, [one]) => *one,
+        (None, []) => {
+            let why = all.iter().find_map(|m| Some((&m.name, m.matrix.as_ref().err()?)));
+            return Err(match why {
+                Some((name, why)) => format!("{name} {why}"),
+                None => "has no square matrix".into(),
+            });
+        }
+        (None, _) => return Err(format!("has several matrices: {}", list())),
+    };
+    let own = &all[found];
+    let a = own.matrix.as_ref().map_err(|why| format!("{} {why}", own.name))?;
+    if a.n_rows() != a.n_cols() {
+        return Err(format!("{} is {} × {}", own.name, a.n_rows(), a.n_cols()));
+    }
+    if let Some((i, j, v)) = a.triplets().find(|e| !e.2.is_finite()) {
+        return Err(format!("{}: entry ({}, {}) is {v}", own.name, i + 1, j + 1));
+    }
+    let (matrix, mirrored) = whole(a.n_rows(), a.triplets().collect(), false)
+        .map_err(|why| format!("{}: {why}", own.name))?;
+    let one_triangle = own.one_triangle || mirrored;
+    let (entries, names) = (own.entries, own.names.clone());
+    Ok(Written { format, matrix, entries, one_triangle, names, held: vec![] })
+}
+
+/// Read a matrix, of a file that has several that of a name; the message says what is wrong with the file, and what would help.
+pub fn read_matrix(bytes: &[u8], wanted: Option<&str>) -> Result<Written, String> {
+    if bytes.starts_with(b"MATLAB 5.0 MAT-file") {
+        return pick("MATLAB 5", mat::read(bytes)?, wanted);
+    }
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        if substructure::is_one(text) {
+            return pick("substructure", substructure::read(text)?, wanted);
+        }
+        if nastran::is_one(text) {
+            return pick("Nastran DMIG", nastran::read(text)?, wanted);
+        }
+        if op4::is_one(text) {
+            return pick("Nastran OUTPUT4", op4::read(text)?, wanted);
+        }
+    }
+    if let Some(name) = wanted {
+        return Err(format!("has one matrix, and no name such as {name}: leave \":/{name}\" out"));
+    }
     if bytes.starts_with(b"PK\x03\x04") {
         return npz::read(bytes);
-    }
-    if bytes.starts_with(b"MATLAB 5.0 MAT-file") {
-        return Err("is a MATLAB file older than 7.3: write it with save('-v7.3') and name the matrix (FILE.mat:/K), or as .npz with SciPy".into());
     }
     if bytes.starts_with(b"\x89HDF") {
         return Err("is an HDF5 file: name the dataset behind it, FILE.h5:/K".into());
     }
     let text = std::str::from_utf8(bytes).map_err(|_| {
-        "is neither text nor a format that is read (Matrix Market, CalculiX .sti and .mas, Abaqus .mtx, Harwell-Boeing, SciPy .npz)".to_owned()
+        "is neither text nor a format that is read (Matrix Market, CalculiX .sti and .mas, Abaqus .mtx, Harwell-Boeing, Nastran DMIG and OUTPUT4 as text, MATLAB, SciPy .npz)".to_owned()
     })?;
     if text.get(..14).is_some_and(|s| s.eq_ignore_ascii_case("%%MatrixMarket")) {
         let matrix = parse_matrix_market(text)?;
