@@ -13,6 +13,7 @@ are values; bad input is a ``SceneError`` with file, line and key. Units are tho
 from ._commands import backbone, compare, crosscheck, modes, orbit, orbits, response, run
 from ._errors import FileError, NumericsError, SceneError, SignoriniError
 from ._files import Group
+from ._mesh import Mesh
 from ._results import (
     Comparison,
     Crosscheck,
@@ -35,6 +36,7 @@ __all__ = [
     "Family",
     "FileError",
     "Group",
+    "Mesh",
     "Modes",
     "NumericsError",
     "Orbit",
