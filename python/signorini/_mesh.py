@@ -38,24 +38,12 @@ _KINDS: dict[str, tuple[int, int, tuple[tuple[int, ...], ...]]] = {
         ),
     ),
     "wedge": (6, 3, ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))),
-    "wedge15": (
-        18,
-        3,
-        (
-            (0, 2, 1, 8, 7, 6),
-            (3, 4, 5, 9, 10, 11),
-            (0, 1, 4, 3, 6, 13, 9, 12),
-            (1, 2, 5, 4, 7, 14, 10, 13),
-            (2, 0, 3, 5, 8, 12, 11, 14),
-        ),
-    ),
 }
 
 #: Where the order of nodes of meshio (VTK's) is not that of Gmsh.
 _ORDER: dict[str, list[int]] = {
     "tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
     "hexahedron20": [0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14],
-    "wedge15": [0, 1, 2, 3, 4, 5, 6, 8, 12, 7, 13, 14, 9, 11, 10],
 }
 
 #: Sides by their dimension and number of nodes.

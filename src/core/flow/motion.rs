@@ -7,7 +7,7 @@ use super::exponential::{Term, product_integral};
 use super::oscillator::{Basis, GAUSS10, Oscillator};
 use super::sliding::SlidingMotion;
 use super::spectrum::Spectrum;
-use super::trigonometry::sin_cos;
+use super::trigonometry::{exponentials, sin_cos};
 use crate::fem::{Harmonic, Loads};
 
 /// One harmonic load on one mode.
@@ -158,8 +158,11 @@ impl Motion {
         sin_cos(&angle, &mut sin, &mut cos);
         if !undamped {
             let turned = self.turned(t);
+            let rates: Vec<f64> = phase.modes.iter().map(|m| -m.c * tau).collect();
+            let mut decayed = vec![0.0; n];
+            exponentials(&rates, &mut decayed);
             for k in 0..n {
-                let basis = phase.modes[k].basis_of(tau, sin[k], cos[k]);
+                let basis = phase.modes[k].basis_of(tau, (sin[k], cos[k], decayed[k]));
                 (q[k], v[k]) = self.mode(phase, k, t, &basis, &turned);
             }
             return;

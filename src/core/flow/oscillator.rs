@@ -46,11 +46,11 @@ impl Oscillator {
     /// The basis at `t`.
     pub fn basis(&self, t: f64) -> Basis {
         let (sin, cos) = (self.discriminant().max(0.0).sqrt() * t).sin_cos();
-        self.basis_of(t, sin, cos)
+        self.basis_of(t, (sin, cos, decay(-self.c * t)))
     }
 
-    /// The basis at `t`, where sine and cosine of `√(ω² − c²) t` are at hand (of modes that oscillate).
-    pub(super) fn basis_of(&self, t: f64, sin: f64, cos: f64) -> Basis {
+    /// The basis at `t`, where sine and cosine of `√(ω² − c²) t` and `e^{−ct}` are at hand (of modes that oscillate).
+    pub(super) fn basis_of(&self, t: f64, (sin, cos, decayed): (f64, f64, f64)) -> Basis {
         let c = self.c;
         let d = self.discriminant();
         let x = d * t * t;
@@ -58,12 +58,10 @@ impl Oscillator {
             // sin(√x)/√x and cos √x, for both signs of x, truncated below rounding
             let sinc = 1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0));
             let cos = 1.0 - x / 2.0 * (1.0 - x / 12.0 * (1.0 - x / 30.0));
-            let decay = (-c * t).exp();
-            (decay * t * sinc, decay * (cos - c * t * sinc))
+            (decayed * t * sinc, decayed * (cos - c * t * sinc))
         } else if d > 0.0 {
             let w = d.sqrt();
-            let decay = if c == 0.0 { 1.0 } else { decay(-c * t) };
-            (decay * sin / w, decay * (cos - c * sin / w))
+            (decayed * sin / w, decayed * (cos - c * sin / w))
         } else {
             // the slow rate by itself: the difference of both loses nothing
             let [upper, lower] = self.rates();
@@ -253,7 +251,12 @@ fn grown(mu: Complex<f64>, t: f64) -> Complex<f64> {
 
 /// `e^x`; what would be a denormal number is zero, and costs nothing.
 fn decay(x: f64) -> f64 {
-    if x < -700.0 { 0.0 } else { x.exp() }
+    match x {
+        // undamped modes ask at every step
+        0.0 => 1.0,
+        x if x < -700.0 => 0.0,
+        x => x.exp(),
+    }
 }
 
 #[cfg(test)]

@@ -55,12 +55,25 @@ struct FirstMode {
     forces: ([f64; 1], Vec<Vec<f64>>),
 }
 
-/// `G_k` and `c_k` at one frequency, from `k = 0` on.
+/// What one harmonic of a frequency does.
+struct Answer {
+    /// `G_k`, real and imaginary part.
+    receptance: [Mat<f64>; 2],
+    /// `c_k`
+    of_loads: Vec<c64>,
+    /// `D_k⁻¹ [M₀L, f_k]`, where there is room for it.
+    columns: Option<Mat<c64>>,
+}
+
+/// The answers at one frequency, from `k = 0` on.
 #[derive(Default)]
 struct Answers {
     omega: f64,
-    of_harmonic: Vec<([Mat<f64>; 2], Vec<c64>)>,
+    of_harmonic: Vec<Answer>,
 }
+
+/// Bytes of displacements that are kept of a frequency: what does not fit is computed again.
+const ROOM: usize = 1 << 30;
 
 /// A shape that moves the contact by less, over what the contact's own directions move it by, does not move it.
 const NO_REACH: f64 = 1e-9;
@@ -147,12 +160,7 @@ impl Dynamic {
     }
 
     /// `G_k` and `c_k` of one harmonic.
-    fn answer(
-        &self,
-        k: usize,
-        omega: f64,
-        loads: &Series,
-    ) -> Result<([Mat<f64>; 2], Vec<c64>), HbmError> {
+    fn answer(&self, k: usize, omega: f64, loads: &Series) -> Result<Answer, HbmError> {
         let (support, rows) = &self.directions;
         let (n, r) = (self.interface.system.n_o(), rows.ncols());
         let (cos, sin) = loads.basis.places(k);
@@ -169,8 +177,10 @@ impl Dynamic {
             rows.transpose() * x
         };
         let (re, im) = (of(|z| z.re), of(|z| z.im));
-        let c = (0..r).map(|i| c64::new(re[(i, r)], im[(i, r)])).collect();
-        Ok(([re.subcols(0, r).to_owned(), im.subcols(0, r).to_owned()], c))
+        let of_loads = (0..r).map(|i| c64::new(re[(i, r)], im[(i, r)])).collect();
+        let receptance = [re.subcols(0, r).to_owned(), im.subcols(0, r).to_owned()];
+        let fits = (k + 1) * n * (r + 1) * size_of::<c64>() <= ROOM;
+        Ok(Answer { receptance, of_loads, columns: fits.then_some(x) })
     }
 
     /// Size of the terms of the residual: loads, interface terms, stiffness times displacements (of which the projections and the first mode are known).
@@ -261,14 +271,15 @@ impl Balanced for Dynamic {
         }
         let basis = self.interface.basis;
         let mut of_loads = Series::zeros(basis, n_h, self.interface.rank());
-        for (k, (_, c)) in known.of_harmonic.iter().enumerate().take(n_h + 1) {
+        for (k, answer) in known.of_harmonic.iter().enumerate().take(n_h + 1) {
             let (cos, sin) = basis.places(k);
+            let c = &answer.of_loads;
             of_loads.of_mut(cos).iter_mut().zip(c).for_each(|(x, c)| *x = c.re);
             if let Some(sin) = sin {
                 of_loads.of_mut(sin).iter_mut().zip(c).for_each(|(x, c)| *x = -c.im);
             }
         }
-        let g = known.of_harmonic.iter().take(n_h + 1).map(|(g, _)| g.clone()).collect();
+        let g = known.of_harmonic.iter().take(n_h + 1).map(|a| a.receptance.clone()).collect();
         Ok(Receptance::new(&self.interface, omega, g, of_loads))
     }
 
@@ -281,8 +292,24 @@ impl Balanced for Dynamic {
         let size = self.interface.system.n_o();
         let loads = self.loads(s.q.n_h.max(1));
         let mut u = Series::zeros(s.q.basis, s.q.n_h, size);
+        let known = self.answers.borrow();
         for k in 0..=s.q.n_h {
             let (cos, sin) = s.q.basis.places(k);
+            let kept = known.of_harmonic.get(k).filter(|_| known.omega == s.omega);
+            if let Some(columns) = kept.and_then(|answer| answer.columns.as_ref()) {
+                // u_k = D_k⁻¹ f_k − D_k⁻¹ M₀L n_k
+                let of_sin = |c: usize| sin.map_or(0.0, |sin| s.n.of(sin)[c]);
+                let mut share: Vec<c64> = s.n.of(cos).iter().map(|n| c64::new(-n, 0.0)).collect();
+                share.iter_mut().enumerate().for_each(|(c, z)| z.im = of_sin(c));
+                share.push(c64::new(1.0, 0.0));
+                let share = Mat::from_fn(share.len(), 1, |c, _| share[c]);
+                let x = columns * share;
+                (0..size).for_each(|i| u.of_mut(cos)[i] = x[(i, 0)].re);
+                if let Some(sin) = sin {
+                    (0..size).for_each(|i| u.of_mut(sin)[i] = -x[(i, 0)].im);
+                }
+                continue;
+            }
             let force = |function: usize| {
                 let mut f = loads.of(function).to_vec();
                 for (i, &row) in support.iter().enumerate() {
