@@ -124,6 +124,9 @@ pictures: build peers
 	$(BIN) plot out/probed.h5 --only probes,spectra --dpi 110
 	cp out/probed-probes.png docs/probes.png
 	cp out/probed-spectra.png docs/spectra.png
+	$(BIN) run scenarios/rotating-casing.toml -o out/casing.h5 --force -q
+	$(BIN) plot out/casing.h5 --only contact --dpi 110
+	cp out/casing-contact.png docs/casing.png
 	$(BIN) run scenarios/blocks.toml -o out/blocks.h5 --force -q
 	$(BIN) plot out/blocks.h5 --only forces
 	cp out/blocks-forces.png docs/forces.png

@@ -87,6 +87,9 @@ impl From<ExportError> for CliError {
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let selection = selection(arguments)?;
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
+    // a name with the ending that it will have
+    let stem =
+        if stem.extension().is_some_and(|e| e == "csv") { stem.with_extension("") } else { stem };
     let outputs = Outputs::new(arguments.force).reads(arguments.file.clone());
     let folder = stem.parent().filter(|f| !f.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|f| !f.is_dir()) {

@@ -100,6 +100,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if inspect_mesh::is_mesh(&arguments.file) {
         return inspect_mesh::run(&arguments.file, global);
     }
+    if arguments.file.extension().is_some_and(|e| e == "dof" || e == "mapping") {
+        return Err(CliError::Input(format!(
+            "{} holds names of rows: give the matrix beside which it stands",
+            arguments.file.display()
+        )));
+    }
     if inspect_matrix::is_matrix(&arguments.file) {
         return inspect_matrix::run(&arguments.file, global);
     }

@@ -89,7 +89,7 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
                 (Some(first), Some(last)) => {
                     line("names", format!("{first} to {last}, for displacements = [\"{first}\"]"));
                     for (d, sum) in directions.iter().zip(&sums) {
-                        let text = format!("direction {d}: {} (of a mass matrix: the mass that moves)", significant(*sum, 7));
+                        let text = format!("direction {d}: {} (if it is a mass: that which moves so)", significant(*sum, 7));
                         line("sum", text);
                     }
                 }

@@ -68,7 +68,7 @@ impl<'a> Watch<'a> {
             supports: vec![0.0; system.bearings.supports.len()],
             displacement: 0.0,
             energy: 0.0,
-            probes: quantities.map(|(p, q)| vec![0.0; q.components(p.dim).len()]).collect(),
+            probes: quantities.map(|(p, q)| vec![0.0; p.components(*q).len()]).collect(),
             resultants,
             go,
         }
@@ -94,7 +94,7 @@ impl<'a> Watch<'a> {
         for probe in self.system.probes.iter() {
             for quantity in &probe.quantities {
                 let values = seen.next().unwrap_or_default();
-                for (component, value) in quantity.components(probe.dim).iter().zip(values) {
+                for (component, value) in probe.components(*quantity).iter().zip(values) {
                     let name = format!("\"{}\" {} {component}", probe.name, quantity.name());
                     all.push(("probe", name, value));
                 }

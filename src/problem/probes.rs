@@ -36,7 +36,13 @@ pub(super) fn probes(scene: &Scene, body: &Body) -> Result<Vec<Probe>, ProblemEr
         };
         let dim = body.mesh.dim();
         match Probe::new(body, &probe.name, &spot, &probe.quantity) {
-            Ok(probe) => all.push(probe),
+            Ok(mut new) => {
+                // rows with names say along what they are
+                let named = probe.node.and_then(|row| scene.rows.names.get(row));
+                let axes = ["scalar", "x", "y", "z", "rx", "ry", "rz"];
+                new.axis = named.and_then(|name| axes.get(usize::from(name.direction)).copied());
+                all.push(new);
+            }
             Err(why) => {
                 let Spot::Place(p) = spot else { continue };
                 let [low, high] = bounds(body.mesh.nodes());

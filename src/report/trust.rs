@@ -102,7 +102,7 @@ pub fn words(trust: &Trust) -> Vec<String> {
     all.extend(trust.warnings.iter().cloned());
     if trust.beside.is_empty() {
         all.push(
-            "a body from matrices without contact: nothing here tells what its mesh leaves out"
+            "a body from matrices, whose contact takes nodal reactions if it has one: nothing here tells what its mesh leaves out; its deck as kind = \"mesh\" is judged"
                 .into(),
         );
     }

@@ -38,7 +38,7 @@ impl Scene {
             return Err(Issue::new(
                 "reduction",
                 "is for bodies of elements",
-                "reduce the matrices themselves, or leave [reduction] out",
+                "take the body as a mesh (kind = \"mesh\"; decks .inp are meshes), or leave [reduction] out",
             ));
         }
         match (r.modes, r.cutoff) {

@@ -33,7 +33,7 @@ impl Writer {
             for &quantity in &probe.quantities {
                 let path = format!("probes/{}/{}", probe.name, quantity.name());
                 let table: Array2<f64> = file.dataset(&path)?.table()?;
-                let components = quantity.components(probe.dim).to_vec();
+                let components = probe.components(quantity);
                 let most = |c: usize| {
                     let rows = 0..t.len().min(table.nrows());
                     let size = |row: usize| table[(row, c)].abs();

@@ -60,7 +60,7 @@ impl Watched {
         for probe in kept.probes.iter() {
             let group = all.create_group(&probe.name)?;
             for quantity in &probe.quantities {
-                let components = quantity.components(probe.dim);
+                let components = probe.components(*quantity);
                 let table = Table::create(
                     &group,
                     quantity.name(),

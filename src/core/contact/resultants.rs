@@ -30,11 +30,27 @@ pub struct Resultants {
 }
 
 impl Resultants {
-    /// Of the contact of a body; no groups where it has none, or where velocities jump and pressures are no whole.
+    /// Of the contact of a body (of given matrices the sum over all contact displacements, along each); no groups where it has none, or where velocities jump and pressures are no whole.
     pub fn new(system: &System) -> Resultants {
         let dofs = system.body.nodal_dofs();
         if system.impact().is_some() {
             return Resultants::default();
+        }
+        // rows of given matrices have directions of their own: their sum is what it is
+        if system.body.materials().is_empty()
+            && dofs.facing.is_empty()
+            && !system.facing().is_empty()
+        {
+            let x = [1.0, 0.0, 0.0];
+            let share = |c: &super::Constraint| Share {
+                group: 0,
+                area: c.area,
+                normal: x,
+                tangent: [0.0; 3],
+                place: c.position,
+            };
+            let points = system.facing().iter().map(share).collect();
+            return Resultants { names: vec!["contact".into()], dim: 1, points };
         }
         let tangents = system.tangents().unwrap_or_default();
         let share = |(i, c): (usize, &super::Constraint)| Share {

@@ -91,6 +91,8 @@ pub struct Probe {
     pub quantities: Vec<Quantity>,
     /// Dimensions of the body.
     pub dim: usize,
+    /// Of a row of given matrices: what its direction is called.
+    pub axis: Option<&'static str>,
     /// `u` at the probe, a row an axis.
     motion: Csr,
     /// `σ`, a row a component; none where it is not asked for.
@@ -158,13 +160,18 @@ impl Probe {
         let entries = if watches { stress_rows(body, &shares, components) } else { vec![] };
         let stress = Csr::from_triplets(components, dofs.n(), entries);
         let quantities = quantities.to_vec();
-        Ok(Probe { name: name.to_owned(), quantities, dim, motion, stress })
+        Ok(Probe { name: name.to_owned(), quantities, dim, axis: None, motion, stress })
     }
 
     /// In the coordinates of a reduced body.
     pub fn reduced(&self, reduction: &Reduction) -> Probe {
         let [motion, stress] = [&self.motion, &self.stress].map(|rows| reduction.rows(rows));
         Probe { motion, stress, ..self.clone() }
+    }
+
+    /// The components of a quantity.
+    pub fn components(&self, quantity: Quantity) -> Vec<&'static str> {
+        self.axis.map_or_else(|| quantity.components(self.dim).to_vec(), |axis| vec![axis])
     }
 
     /// A quantity of displacements, velocities and accelerations; not numbers where these are not known.
