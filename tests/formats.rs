@@ -219,7 +219,7 @@ fn names_stand_for_rows() {
     json(&["export", &at("elsewhere/a.h5")]);
     let csv = std::fs::read_to_string(at("elsewhere/a.csv")).unwrap();
     let head = csv.lines().next().unwrap();
-    assert!(head.contains("u_n[105.1]") && head.contains("displacement_x[corner]"), "{head}");
+    assert!(head.contains("u_n[105.1]") && head.contains("displacement_z[corner]"), "{head}");
     // towards −x: by a minus, and by matrices whose rows are turned by hand
     let turned: Vec<String> = tip.iter().map(|n| format!("-{n}")).collect();
     let minus = scene(

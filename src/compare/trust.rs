@@ -10,7 +10,7 @@ use crate::fem::Finer;
 use crate::mesh::{Basis, ElementKind, Family};
 use crate::problem::Problem;
 use crate::records::{Beside, Figure, Relief, Replaced, Trust};
-use crate::report::summary::inward_corners;
+use crate::report::summary::{inward_corners, significant};
 use crate::scenario::Scene;
 use crate::simulate::{run_table, simulate};
 
@@ -255,6 +255,28 @@ fn replaced(scene: &Scene, what: Replaced) -> Option<(Scene, String)> {
     Some((scene, text))
 }
 
+/// What a finer mesh moves past a load: its resonance.
+fn near_resonance(problem: &Problem, own: &[Figure], finer: &[Option<f64>]) -> Option<String> {
+    let loads = problem.system.loads.harmonics.iter().map(|h| h.omega);
+    let mut pairs = loads.flat_map(|omega| own.iter().zip(finer).map(move |f| (omega, f)));
+    let passed = |&(omega, (f, finer)): &(f64, (&Figure, &Option<f64>))| {
+        let moved = finer.map_or(0.0, |x| (x - f.value).abs());
+        let is_open = f.kind == "frequency" && f.name.starts_with("open");
+        is_open && moved > SEEN * f.value && (omega - f.value).abs() <= 2.0 * moved
+    };
+    let (omega, (f, finer)) = pairs.find(passed)?;
+    Some(format!(
+        "a load of frequency {} stands beside the frequency {}, {}, which is {} on the finer mesh: what it drives differs by where its resonance is; give loads at one share of the frequency and compare again",
+        significant(omega, 6),
+        f.name,
+        significant(f.value, 6),
+        significant(finer.unwrap_or(f.value), 6)
+    ))
+}
+
+/// Shares of a frequency that move nothing.
+const SEEN: f64 = 0.01;
+
 /// Everything that is known of the errors of a mesh. `set_up` makes the problems of the others; `tick` hears the share that is done of what. None if it was stopped.
 pub fn trust(
     scene: &Scene,
@@ -319,6 +341,9 @@ pub fn trust(
                 }
                 beside.same_switches =
                     own.switches.as_ref().zip(seen.switches.as_ref()).map(|(a, b)| a == b);
+                if what != Replaced::OtherContact {
+                    trust.warnings.extend(near_resonance(problem, &trust.figures, &values));
+                }
             }
             Err(why) => {
                 beside.refused = Some(why);

@@ -37,11 +37,13 @@ fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
             let _ = write!(out, ",{}", quoted(&format!("{column}[{point}]")));
         }
     }
+    // of rows nobody knows along what they are
+    let in_rows = stored.is_of_matrices();
     for of in &stored.forces {
         let kind = if of.kind == "contact" { "force" } else { of.kind };
         for (k, name) in (0..of.values.ncols()).map(|k| (k, &of.names[k / of.components()])) {
             let axis = ["_x", "_y", "_z"][k % of.components()];
-            let axis = if of.kind == "spring" { "" } else { axis };
+            let axis = if of.kind == "spring" || in_rows { "" } else { axis };
             let _ = write!(out, ",{}", quoted(&format!("{kind}{axis}[{name}]")));
         }
     }
