@@ -277,3 +277,36 @@ fn a_wave_along_the_edge_is_what_small_steps_give() {
     // the balance of energy closes, the work of the wall with it
     assert!(run["energy_drift_total"].as_f64().unwrap() < 1e-8, "{run}");
 }
+
+/// Orbits under a gap that swings as a whole are those before an obstacle that moves: one that the body never meets, where it rests, and one that it meets.
+#[test]
+fn orbits_are_those_before_an_obstacle_that_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = |name: &str, contact: &str| {
+        let text = format!(
+            "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [6, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+             [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[contact]\nedge = \"right\"\n{contact}\n\
+             [damping]\nratio = 0.02\nmode = 2\n[orbit]\nomega = 1.3\n"
+        );
+        let path = folder.path().join(format!("{name}.toml"));
+        std::fs::write(&path, text).unwrap();
+        path.display().to_string()
+    };
+    for (amplitude, switches) in [(0.05, 0), (0.15, 8)] {
+        let whole = scene(
+            "whole",
+            &format!(
+                "gap = 0.1\nmotion = {{ amplitude = {amplitude}, omega = 1.3 }}\nstress = \"reaction\"\ninertia = \"constant\""
+            ),
+        );
+        let own = scene("own", &format!("gap = \"0.1 + {amplitude}*cos(1.3*t)\""));
+        let [a, b] = [whole, own].map(|scene| {
+            let out = scene.replace(".toml", "-orbit.h5");
+            json(&["orbit", &scene, "-o", &out, "--force"])
+        });
+        let count = |said: &Value| said["switches"].as_array().map(Vec::len);
+        assert_eq!((count(&a), count(&b)), (Some(switches), Some(switches)), "{a} {b}");
+        let largest = |said: &Value| said["multipliers"][0].to_string();
+        assert!(switches == 0 || largest(&a)[..6] == largest(&b)[..6], "{a} {b}");
+    }
+}

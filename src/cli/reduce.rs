@@ -36,6 +36,9 @@ pub struct Arguments {
     force: bool,
 }
 
+/// Arrays of one dimension.
+const LISTS: [&str; 7] = ["gap", "constant", "omega", "phase", "derivative", "u_0", "v_0"];
+
 /// Coordinates of which full matrices are written.
 const MOST: usize = 6000;
 
@@ -45,6 +48,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let problem = load::of_scene(&scene)?;
     let system = &problem.system;
     let n = system.n_displacements();
+    if system.remembers() {
+        return Err(CliError::Input(format!(
+            "{}: what springs of sliders remember is in no matrix: leave out the stiffness of the sliders",
+            arguments.scene.display()
+        )));
+    }
     if n > MOST {
         return Err(CliError::Input(format!(
             "{}: {n} displacements, and full matrices are written of up to {MOST}: give [reduction] modes = 20",
@@ -63,7 +72,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     outputs.check(&path)?;
     let arrays = arrays(&problem, arguments.basis);
     write_arrays(&path, format, &arrays, &scene.source.text)?;
-    Ok(global.answer(|| to_json(&path, &arrays), || to_text(&scene, &path, system, &arrays)))
+    let warnings = warnings(system);
+    Ok(global.answer(
+        || to_json(&path, &arrays, &warnings),
+        || to_text(&scene, (&path, &arrays), system, &warnings),
+    ))
 }
 
 fn full(a: &Csr) -> (usize, usize, Vec<f64>) {
@@ -80,7 +93,8 @@ fn arrays(problem: &Problem, basis: bool) -> Vec<Array> {
     let mut all = vec![];
     let mut add = |name, about, (rows, columns, values): (usize, usize, Vec<f64>)| {
         if rows * columns > 0 {
-            all.push(Array { name, about, shape: (rows, columns), values });
+            let is_list = LISTS.contains(&name);
+            all.push(Array { name, about, shape: (rows, columns), is_list, values });
         }
     };
     add("K", "stiffness", full(&given.stiffness));
@@ -108,13 +122,10 @@ fn arrays(problem: &Problem, basis: bool) -> Vec<Array> {
         "which derivative of cos(omega t + phase)",
         column(&|h| f64::from(h.derivative)),
     );
-    let state = |x: &[f64]| (x.len(), 1, x.to_vec());
-    add(
-        "u_0",
-        "initial displacements, without those of contact that follow",
-        state(&problem.initial.u),
-    );
-    add("v_0", "initial velocities", state(&problem.initial.v));
+    if let Some([u, v]) = system.whole_state(&problem.initial) {
+        add("u_0", "initial displacements", (n, 1, short(&u)));
+        add("v_0", "initial velocities", (n, 1, short(&v)));
+    }
     if basis {
         let body = &system.body;
         let columns: Vec<Vec<f64>> = (0..n)
@@ -135,12 +146,38 @@ fn arrays(problem: &Problem, basis: bool) -> Vec<Array> {
     all
 }
 
-fn to_json(path: &Path, arrays: &[Array]) -> serde_json::Value {
-    let shape = |a: &Array| json!({ "name": a.name, "shape": [a.shape.0, a.shape.1] });
-    json!({ "output": path.display().to_string(), "arrays": arrays.iter().map(shape).collect::<Vec<_>>() })
+/// What of the scene is in no array.
+fn warnings(system: &System) -> Vec<String> {
+    let mut all = vec![];
+    if system.tangents().is_some() || !system.sliders().is_empty() {
+        all.push("friction and sliders are none of these arrays");
+    }
+    if system.promise().yields {
+        all.push("springs of the obstacle are none of these arrays");
+    } else if system.n_contact() > 0 && !(system.has_massless_contact() && system.bears_reactions())
+    {
+        all.push("the scene treats its contact otherwise than by forces on displacements without mass: these arrays with gap and W need an impact law; method = \"mass-redistribution\" gives arrays that say all");
+    }
+    if system.loads.carried.moves_contact() {
+        all.push("the gap moves: contact displacements are counted from where it has gone, and its motion is none of these arrays (force has what it does)");
+    }
+    if !system.loads.measured.is_empty() {
+        all.push("measured loads are none of these arrays");
+    }
+    all.into_iter().map(str::to_owned).collect()
 }
 
-fn to_text(scene: &Scene, path: &Path, system: &System, arrays: &[Array]) -> String {
+fn to_json(path: &Path, arrays: &[Array], warnings: &[String]) -> serde_json::Value {
+    let shape = |a: &Array| json!({ "name": a.name, "shape": [a.shape.0, a.shape.1] });
+    json!({ "output": path.display().to_string(), "arrays": arrays.iter().map(shape).collect::<Vec<_>>(), "warnings": warnings })
+}
+
+fn to_text(
+    scene: &Scene,
+    (path, arrays): (&Path, &[Array]),
+    system: &System,
+    warnings: &[String],
+) -> String {
     let mut out = format!("{}\n", super::title(scene));
     let (n, n_o) = (system.n_displacements(), system.n_o());
     let of_contact = match n - n_o {
@@ -153,11 +190,8 @@ fn to_text(scene: &Scene, path: &Path, system: &System, arrays: &[Array]) -> Str
         let size = if columns == 1 { rows.to_string() } else { format!("{rows} × {columns}") };
         let _ = writeln!(out, "  {:<12}{size:<14}{}", a.name, a.about);
     }
-    if system.tangents().is_some() || !system.sliders().is_empty() {
-        let _ = writeln!(out, "  WARNING     friction and sliders are none of these arrays");
-    }
-    if system.promise().yields {
-        let _ = writeln!(out, "  WARNING     springs of the obstacle are none of these arrays");
+    for warning in warnings {
+        let _ = writeln!(out, "  WARNING     {warning}");
     }
     let _ = writeln!(out, "  written to  {}", path.display());
     out

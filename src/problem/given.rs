@@ -314,6 +314,11 @@ pub(super) fn given_matrices(
         let standing = rows.massless.iter().map(|m| m.pivot).filter(|p| !own.contains(p));
         rows.idle.extend(standing);
     }
+    if constrained && rows.all().count() >= n {
+        let message = "leaves no motion of the body that has inertia: all follow statically";
+        let help = "give the mass of more displacements, or fewer contact displacements";
+        return Err(fault(scene, "body.mass_matrix", message, help));
+    }
     let of_contact = if constrained { rows.clone() } else { ContactRows::default() };
     // contact displacements that follow the others need no mass
     let massless = of_contact.all().filter(|i| !has_mass(i)).count();

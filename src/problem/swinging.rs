@@ -84,8 +84,8 @@ fn tones(scene: &Scene, system: &System) -> Result<Vec<Tone>, ProblemError> {
                     tones.len() - 1
                 });
                 let Wave { amplitude, phase, .. } = *wave;
-                if !(amplitude * phase.cos()).is_finite() {
-                    return Err(refuse(node, "is no number").into());
+                if !phase.is_finite() || amplitude.is_nan() || amplitude.abs() > 1e60 {
+                    return Err(refuse(node, "is no number, or beyond 1e60").into());
                 }
                 tones[at].parts[0][i] += amplitude * phase.cos();
                 tones[at].parts[1][i] -= amplitude * phase.sin();

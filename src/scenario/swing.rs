@@ -11,6 +11,13 @@ use std::ops::Range;
 
 use super::expression::Field;
 
+/// Values of a sine or cosine, and times, at which an expression is asked whether it is linear in them.
+const VALUES: [f64; 6] = [-1.0, -0.731, -0.270_4, 0.312, 0.613, 0.87];
+const TIMES: [f64; 6] = [0.37, 1.234, 2.9, 17.77, 311.3, 5003.1];
+
+/// Angles beyond this have lost their phase.
+const LARGEST: f64 = 1e7;
+
 /// A time at which an angle `ω t + φ` tells `ω`: a power of two, large beside `φ/ω`.
 const LATE: f64 = 1_048_576.0;
 
@@ -21,18 +28,18 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Debug, Clone)]
 struct Swing {
     is_sine: bool,
-    /// The angle at the times 0, half of [`LATE`], [`LATE`].
-    angle: [Field; 3],
-    /// The gap with this call at 1 and at 2, all others at 0.
-    with: [Field; 2],
+    /// The angle at the times 0, [`LATE`], and [`TIMES`].
+    angle: Vec<Field>,
+    /// The gap with this call at 1, and at [`VALUES`], all others at 0.
+    with: Vec<Field>,
 }
 
 /// What moves of a gap.
 #[derive(Debug, Clone)]
 pub struct Swings {
-    /// The gap at all calls 0, and at all calls 1.
+    /// The gap at all calls 0, and with call `k` at the value `j + k` of [`VALUES`].
     still: Field,
-    all: Field,
+    together: Vec<Field>,
     swings: Vec<Swing>,
 }
 
@@ -62,27 +69,29 @@ impl Moving {
             return Ok(Moving { still: Field::parse(text)?, swings: None });
         }
         // the expression with each call at a value
-        let outer = |value: &dyn Fn(usize) -> u8| {
+        let outer = |value: &dyn Fn(usize) -> f64| {
             let (mut written, mut from) = (String::new(), 0);
             for (k, call) in calls.iter().enumerate() {
                 written += &text[from..call.whole.start];
                 written += &format!("({})", value(k));
                 from = call.whole.end;
             }
-            Field::parse(&(written + &text[from..]))
+            in_words(&(written + &text[from..]), text)
         };
         let swing = |(k, call): (usize, &Call)| {
-            let at = |t: f64| Field::parse(&with_time(&text[call.angle.clone()], t));
-            let with = |value: u8| outer(&|j| if j == k { value } else { 0 });
+            let at = |t: f64| in_words(&with_time(&text[call.angle.clone()], t), text);
+            let with = |value: f64| outer(&|j| if j == k { value } else { 0.0 });
             Ok::<_, String>(Swing {
                 is_sine: call.is_sine,
-                angle: [at(0.0)?, at(0.5 * LATE)?, at(LATE)?],
-                with: [with(1)?, with(2)?],
+                angle: [0.0, LATE].into_iter().chain(TIMES).map(at).collect::<Result<_, _>>()?,
+                with: std::iter::once(1.0).chain(VALUES).map(with).collect::<Result<_, _>>()?,
             })
         };
         let swings = calls.iter().enumerate().map(swing).collect::<Result<_, _>>()?;
-        let still = outer(&|_| 0)?;
-        let swings = Swings { still: still.clone(), all: outer(&|_| 1)?, swings };
+        let still = outer(&|_| 0.0)?;
+        let mixed = |j: usize| outer(&|k| VALUES[(j + k) % VALUES.len()]);
+        let together = (0..VALUES.len()).map(mixed).collect::<Result<_, _>>()?;
+        let swings = Swings { still: still.clone(), together, swings };
         Ok(Moving { still, swings: Some(swings) })
     }
 }
@@ -98,26 +107,38 @@ impl Swings {
     pub fn at(&self, place: [f64; 3]) -> Result<Vec<Wave>, &'static str> {
         let still = self.still.at(place);
         let near = |a: f64, b: f64, size: f64| (a - b).abs() <= ROUNDING * size;
-        let mut sum = still;
-        let mut waves = vec![];
+        let (mut waves, mut shares) = (vec![], vec![]);
         for swing in &self.swings {
-            let [one, two] = swing.with.each_ref().map(|f| f.at(place));
-            if !near(two - one, one - still, one.abs() + two.abs() + still.abs()) {
+            let with: Vec<f64> = swing.with.iter().map(|f| f.at(place)).collect();
+            let share = with[0] - still;
+            let size = share.abs() + still.abs();
+            let grows = |(x, v): (&f64, f64)| near(*x, still + v * share, size);
+            if !with[1..].iter().zip(VALUES).all(grows) {
                 return Err("does not grow in proportion to its sine or cosine of t");
             }
-            sum += one - still;
-            let [first, half, last] = swing.angle.each_ref().map(|f| f.at(place));
-            if !near(half - first, last - half, (last - first).abs()) || !last.is_finite() {
+            shares.push(share);
+            let angle: Vec<f64> = swing.angle.iter().map(|f| f.at(place)).collect();
+            let (first, rate) = (angle[0], (angle[1] - angle[0]) / LATE);
+            let runs =
+                |(x, t): (&f64, f64)| near(*x, first + rate * t, first.abs() + (rate * t).abs());
+            if !rate.is_finite() || !angle[2..].iter().zip(TIMES).all(runs) {
                 return Err("has an angle that is not linear in t");
             }
-            let rate = (last - first) / LATE;
+            if first.abs() > LARGEST {
+                return Err("has an angle at t = 0 that is too large for a phase");
+            }
             let angle = if swing.is_sine { first - FRAC_PI_2 } else { first };
             // cos(φ − ωt) = cos(ωt − φ)
             let phase = if rate < 0.0 { -angle } else { angle };
-            waves.push(Wave { omega: rate.abs(), amplitude: one - still, phase });
+            waves.push(Wave { omega: rate.abs(), amplitude: share, phase });
         }
-        if !near(sum, self.all.at(place), sum.abs() + still.abs()) {
-            return Err("has products of sines and cosines of t");
+        for (j, together) in self.together.iter().enumerate() {
+            let value = |k: usize| VALUES[(j + k) % VALUES.len()];
+            let sum: f64 = shares.iter().enumerate().map(|(k, share)| value(k) * share).sum();
+            let size = still.abs() + shares.iter().map(|s| s.abs()).sum::<f64>();
+            if !near(together.at(place), still + sum, size) {
+                return Err("has products of sines and cosines of t");
+            }
         }
         if waves.iter().any(|w| w.omega == 0.0) {
             return Err("has an angle in which t has no part");
@@ -130,6 +151,11 @@ impl Swings {
         // a place where hardly any expression is singular
         self.at([0.7, 0.4, 0.3]).ok()?.first().map(|w| w.omega)
     }
+}
+
+/// Parse a part of an expression; what is wrong with it is told of the whole.
+fn in_words(part: &str, whole: &str) -> Result<Field, String> {
+    Field::parse(part).map_err(|why| why.replace(part, whole))
 }
 
 /// A sine or cosine of the time: all of it, and its angle.
@@ -260,6 +286,16 @@ mod tests {
             ("1 + cos(t^2)", "linear"),
             ("1 + cos(sin(t))", "linear"),
             ("1 + cos(t - t)", "no part"),
+            ("1 + abs(cos(t))", "proportion"),
+            ("1 + max(cos(t), 0)", "proportion"),
+            ("1 - signum(cos(t))", "proportion"),
+            ("1 + min(0.05*cos(t), 0)", "proportion"),
+            ("1 + round(3*cos(t))", "proportion"),
+            ("1 + abs(0.6*cos(t) + 0.8*sin(t))", "proportion"),
+            ("1 + cos(floor(t))", "linear"),
+            ("1 + cos(atan2(sin(t), cos(t)))", "linear"),
+            ("1 + cos(t + 1e17)", "phase"),
+            ("1 + cos(t + 1e9)", "phase"),
         ] {
             let swings = Moving::parse(wrong).unwrap().swings.unwrap();
             let found = swings.at([0.3, 0.2, 0.1]).unwrap_err();

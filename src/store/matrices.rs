@@ -14,6 +14,8 @@ pub struct Array {
     pub name: &'static str,
     /// Rows and columns.
     pub shape: (usize, usize),
+    /// One number a row: of one dimension where a format has such.
+    pub is_list: bool,
     /// Row by row.
     pub values: Vec<f64>,
     /// What it is.
@@ -66,9 +68,9 @@ fn hdf5(path: &Path, arrays: &[Array], scene: &str) -> Result<(), StoreError> {
     for a in arrays {
         let table = ndarray::ArrayView2::from_shape(a.shape, &a.values)
             .map_err(|e| hdf5::Error::from(e.to_string()))?;
-        let dataset = match a.shape {
-            (_, 1) => file.new_dataset_builder().with_data(&a.values).create(a.name)?,
-            _ => file.new_dataset_builder().with_data(&table).create(a.name)?,
+        let dataset = match a.is_list {
+            true => file.new_dataset_builder().with_data(&a.values).create(a.name)?,
+            false => file.new_dataset_builder().with_data(&table).create(a.name)?,
         };
         write_text(&dataset, "description", a.about)?;
     }
@@ -120,9 +122,9 @@ fn npz(arrays: &[Array]) -> Vec<u8> {
     let mut files = vec![("about.npy".to_owned(), mark)];
     for a in arrays {
         let (rows, columns) = a.shape;
-        let shape = match columns {
-            1 => format!("({rows},)"),
-            _ => format!("({rows}, {columns})"),
+        let shape = match a.is_list {
+            true => format!("({rows},)"),
+            false => format!("({rows}, {columns})"),
         };
         let bytes: Vec<u8> = a.values.iter().flat_map(|v| v.to_le_bytes()).collect();
         files.push((format!("{}.npy", a.name), npy("<f8", &shape, &bytes)));

@@ -4,7 +4,8 @@
 //! M ü + C u̇ + K u = f₀ + Σ_j f_j d^m/dt^m cos(ω_j t + φ_j) − Wᵀ λ,      g − W u ≥ 0 ⟂ λ ≥ 0
 //! ```
 
-use super::system::System;
+use super::states::States;
+use super::system::{State, System};
 use crate::fem::Csr;
 
 /// The matrices over `u = (u_O, u_C)`.
@@ -23,6 +24,21 @@ pub struct Given {
 }
 
 impl System {
+    /// Whether pressures are nodal reactions: forces on contact displacements over their areas.
+    pub fn bears_reactions(&self) -> bool {
+        self.conditions().bears_loads
+    }
+
+    /// All displacements and velocities of a state at `t = 0`; none where its complementarity problem was not solved.
+    pub fn whole_state(&self, state: &State) -> Option<[Vec<f64>; 2]> {
+        let set = self.select(0.0, &state.u, &States::open(self.n_contact())).ok()?.set;
+        let phase = self.phase(&set);
+        let [mut u, mut v] = [vec![0.0; self.n()], vec![0.0; self.n()]];
+        phase.expand_displacement(0.0, &state.u, &mut u);
+        phase.expand_velocity(0.0, &state.v, &mut v);
+        Some([u, v])
+    }
+
     /// Its matrices; friction, sliders and obstacles that yield are none of them.
     pub fn given(&self) -> Given {
         let n = self.n_displacements();

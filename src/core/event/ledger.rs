@@ -56,11 +56,20 @@ pub struct Ledger {
     worst: f64,
 }
 
+/// Of energies below this share of the terms that they are sums of rounding is no small part.
+const LEAST: f64 = 1e-6;
+
 impl Ledger {
     /// Open the ledger.
     pub fn new(energies: Energies) -> Self {
         let total = energies.total();
         Ledger { start: total, end: total, scale: total.abs(), ..Ledger::default() }
+    }
+
+    /// Judge its rest by no less than rounding of terms of this size leaves behind.
+    pub(crate) fn among(mut self, size: f64) -> Ledger {
+        self.scale = self.scale.max(LEAST * size);
+        self
     }
 
     /// All that it knows, to be kept.

@@ -50,7 +50,8 @@ impl<'a, O: Observer> Run<'a, O> {
         run.now.expand(&run.phase);
         run.account.potential_start = run.system.potential(run.now.t, &run.now.u, &run.now.v);
         let energies = run.account.energies(run.system, &run.now);
-        run.account.ledger = Ledger::new(energies.unwrap_or_default());
+        let size = run.system.loads.carried.size_of_contact();
+        run.account.ledger = Ledger::new(energies.unwrap_or_default()).among(size);
         run.store_sample(energies)?;
         run.told.next_sample = 1;
         run.tell_checkpoint();

@@ -129,6 +129,15 @@ impl Carried {
         }
     }
 
+    /// Elastic energy of the places from which contact displacements are counted, at their amplitudes: what energies are sums of.
+    pub(crate) fn size_of_contact(&self) -> f64 {
+        let own = |(i, m): (usize, &Motion)| match m.contact.is_empty() {
+            true => 0.0,
+            false => 0.5 * self.among[0][i * (i + 1) / 2 + i],
+        };
+        self.motions.iter().enumerate().map(own).sum()
+    }
+
     /// What it adds to the elastic energy `½ uᵀKu`.
     pub fn elastic(&self, t: f64, u: &[f64]) -> f64 {
         self.quadratic(0, t, u)

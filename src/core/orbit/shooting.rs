@@ -19,6 +19,7 @@ use super::period_map::{Passage, integrate};
 use super::pin::Pin;
 use super::tangent::{Parameter, Variation};
 use super::walk::Walk;
+use crate::contact::State;
 use crate::continuation::norm;
 
 /// When an orbit closes.
@@ -221,9 +222,22 @@ pub(super) fn image(
     if closure.is_forced() {
         body.drift.leave_out(&mut r);
     }
-    let size = norm(&r) / norm(frame).max(f64::MIN_POSITIVE);
+    let size = norm(&r) / norm(frame).max(least_size(body));
     Ok(Image { settled, passage, walk, r, size, end })
 }
+
+/// Size of a state against which a residual counts at least. Where gaps move the body may rest in them, and is not small by that.
+fn least_size(body: &Propagator) -> f64 {
+    let system = &body.system;
+    if !system.loads.carried.moves_contact() {
+        return f64::MIN_POSITIVE;
+    }
+    let u = vec![AT_REST * system.units.length; system.n_o()];
+    norm(&body.frame(&State { v: vec![0.0; u.len()], u })).max(f64::MIN_POSITIVE)
+}
+
+/// Share of the gap below which a body rests.
+const AT_REST: f64 = 1e-6;
 
 /// `∂R/∂z` of the event-driven map; with `by_frequency` one more column for the frequency of the loads, the time of the end held.
 pub(super) fn jacobian(

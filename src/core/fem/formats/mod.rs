@@ -115,8 +115,12 @@ fn pick(format: &'static str, all: Vec<Named>, wanted: Option<&str>) -> Result<W
     let list = || {
         let names: Vec<&str> =
             all.iter().filter(|m| m.is_square()).map(|m| m.name.as_str()).collect();
-        let first = names.first().copied().unwrap_or("K");
-        format!("it has {}; name one behind the file, as FILE:/{first}", names.join(", "))
+        match names.first() {
+            Some(first) => {
+                format!("it has {}; name one behind the file, as FILE:/{first}", names.join(", "))
+            }
+            None => "it has no square matrix of numbers".to_owned(),
+        }
     };
     let square: Vec<usize> = (0..all.len()).filter(|k| all[*k].is_square()).collect();
     let found = match (wanted, &square[..]) {
@@ -152,6 +156,14 @@ fn pick(format: &'static str, all: Vec<Named>, wanted: Option<&str>) -> Result<W
 
 /// Read a matrix, of a file that has several that of a name; the message says what is wrong with the file, and what would help.
 pub fn read_matrix(bytes: &[u8], wanted: Option<&str>) -> Result<Written, String> {
+    let written = of_content(bytes, wanted)?;
+    match written.matrix.n_rows() {
+        0 => Err("has no rows".into()),
+        _ => Ok(written),
+    }
+}
+
+fn of_content(bytes: &[u8], wanted: Option<&str>) -> Result<Written, String> {
     if bytes.starts_with(b"MATLAB 5.0 MAT-file") {
         return pick("MATLAB 5", mat::read(bytes)?, wanted);
     }
