@@ -110,11 +110,20 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
     let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
     if let Some(first) = frequencies.next() {
         if frequencies.any(|w| w != first) {
-            return fail(
-                "load",
-                "harmonic loads of different frequencies have no common period",
-                "give all loads one omega",
-            );
+            let gap = scene.contact.as_ref().filter(|c| c.swings()).map(|c| c.key(0, "gap"));
+            let (key, message, help) = match &gap {
+                Some(gap) => (
+                    gap.as_str(),
+                    "orbits are sought under one frequency, and the gap and the loads have several",
+                    "give the gap and all loads one frequency",
+                ),
+                None => (
+                    "load",
+                    "harmonic loads of different frequencies have no common period",
+                    "give all loads one omega",
+                ),
+            };
+            return fail(key, message, help);
         }
         return Ok(Closure::FORCED);
     }

@@ -52,6 +52,11 @@ impl Field {
         let tree = Tree::parse(&explicit_powers(text))
             .map_err(|_| format!("cannot read the expression `{text}`, {GRAMMAR}"))?;
         if let Some(name) = tree.var_names().iter().find(|n| !AXES.contains(&n.as_str())) {
+            if name == "t" {
+                return Err(format!(
+                    "t in `{text}`: the time stands in contact.gap alone, of the obstacle in front"
+                ));
+            }
             return Err(format!("unknown name `{name}` in `{text}`, {GRAMMAR}"));
         }
         Ok(Field::Expression { text: text.to_owned(), tree: Box::new(tree) })

@@ -130,7 +130,9 @@ impl Swings {
             let angle = if swing.is_sine { first - FRAC_PI_2 } else { first };
             // cos(φ − ωt) = cos(ωt − φ)
             let phase = if rate < 0.0 { -angle } else { angle };
-            waves.push(Wave { omega: rate.abs(), amplitude: share, phase });
+            // as it was written: the difference of two angles knows some 15 digits
+            let omega = format!("{:.13e}", rate.abs()).parse().unwrap_or(rate.abs());
+            waves.push(Wave { omega, amplitude: share, phase });
         }
         for (j, together) in self.together.iter().enumerate() {
             let value = |k: usize| VALUES[(j + k) % VALUES.len()];

@@ -353,7 +353,8 @@ fn bounded_step(
     at: &Image,
 ) -> Result<Vec<f64>, OrbitError> {
     let mut step = newton_step(body, closure, z, at)?;
-    let mut excess = norm(closure.frame(&step)) / norm(closure.frame(z));
+    let size = norm(closure.frame(z)).max(least_size(body) / AT_REST);
+    let mut excess = norm(closure.frame(&step)) / size;
     if closure == Closure::Limit {
         excess = excess.max((step[step.len() - 1] / z[z.len() - 1]).abs());
     }
