@@ -221,7 +221,7 @@ mod tests {
         let all = motions_without_mass(&mass).unwrap();
         assert_eq!(all.len(), 3);
         for motion in &all {
-            let mut z = vec![0.0; 8];
+            let mut z = [0.0; 8];
             z[motion.pivot] = 1.0;
             motion.others.iter().for_each(|&(i, v)| z[i] = v);
             // no point moves
@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(beside.len(), 3);
         for motion in &beside {
             assert!(!rows.contains(&motion.pivot));
-            let mut z = vec![0.0; 8];
+            let mut z = [0.0; 8];
             z[motion.pivot] = 1.0;
             motion.others.iter().for_each(|&(i, v)| z[i] = v);
             let moved = points.iter().map(|p| p.iter().map(|&(i, w)| w * z[i]).sum::<f64>());

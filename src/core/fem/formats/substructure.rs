@@ -78,7 +78,7 @@ pub(super) fn read(text: &str) -> Result<Vec<Named>, String> {
     // the directions of a node are those of the last list that begins at it or before
     let mut names = vec![];
     for (k, node) in nodes.iter().enumerate() {
-        let valid = directions.iter().filter(|d| d.0 <= k + 1).next_back();
+        let valid = directions.iter().rfind(|d| d.0 <= k + 1);
         for &direction in valid.map_or(&[][..], |d| &d.1) {
             names.push(DofName { node: node.clone(), direction });
         }
