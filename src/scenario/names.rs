@@ -9,7 +9,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use toml::de::{DeTable, DeValue};
 
 use super::{FileName, Issue};
-use crate::fem::formats::{DofName, parse_dof_names, parse_mapping, parse_name, read_matrix};
+use crate::fem::formats::{
+    DofName, may_have_names, parse_dof_names, parse_mapping, parse_name, read_matrix,
+};
 
 /// A row as a scene may call it; for the schema alone.
 pub(super) struct Row;
@@ -170,17 +172,9 @@ fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), S
         return names.map(|names| (names, vec![]));
     }
     let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let is_labelled = |line: &&str| !line.trim_start().starts_with('*') && !line.trim().is_empty();
-    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).into_owned();
-    let first = start.lines().find(is_labelled).unwrap_or_default();
     let none =
         || format!("{} has no names, and no .dof or .mapping stands beside it", path.display());
-    let of_abaqus = first.matches(',').count() >= 4;
-    // what has names says so at once
-    let says = ["DMIG", "*USER ELEMENT", "MATLAB 5.0"]
-        .iter()
-        .any(|word| start.to_uppercase().contains(word));
-    if !of_abaqus && !says {
+    if !may_have_names(&bytes) {
         return Err(none());
     }
     let written =

@@ -285,13 +285,6 @@ impl Phase {
         self.data.inertia.accelerate(&self.data.expansion, s, b_o);
     }
 
-    /// `A* u̇_O`
-    pub(crate) fn followed(&self, v_o: &[f64]) -> Vec<f64> {
-        let mut v = vec![0.0; self.parts.body.dofs.n()];
-        self.expand(v_o, &mut v);
-        v
-    }
-
     /// Dissipated power `u̇_Oᵀ C_α u̇_O`, and what forces without a potential take, for the displacement in `s.u`; leaves `A* u̇_O` in `s.v`.
     pub fn dissipation(&self, v_o: &[f64], s: &mut Scratch) -> f64 {
         self.expand(v_o, &mut s.v);

@@ -36,22 +36,6 @@ impl Resultants {
         if system.impact().is_some() {
             return Resultants::default();
         }
-        // rows of given matrices have directions of their own: their sum is what it is
-        if system.body.materials().is_empty()
-            && dofs.facing.is_empty()
-            && !system.facing().is_empty()
-        {
-            let x = [1.0, 0.0, 0.0];
-            let share = |c: &super::Constraint| Share {
-                group: 0,
-                area: c.area,
-                normal: x,
-                tangent: [0.0; 3],
-                place: c.position,
-            };
-            let points = system.facing().iter().map(share).collect();
-            return Resultants { names: vec!["contact".into()], dim: 1, points };
-        }
         let tangents = system.tangents().unwrap_or_default();
         let share = |(i, c): (usize, &super::Constraint)| Share {
             group: c.group,
@@ -60,8 +44,13 @@ impl Resultants {
             tangent: tangents.get(i).and_then(|t| t.as_ref()).map_or([0.0; 3], |t| t.direction),
             place: c.position,
         };
+        // rows of given matrices are no groups, and have directions of their own: their sum is what it is
+        let names = match system.body.materials().is_empty() && !system.facing().is_empty() {
+            true => vec!["contact".into()],
+            false => dofs.facing.iter().map(|f| f.group.clone()).collect(),
+        };
         Resultants {
-            names: dofs.facing.iter().map(|f| f.group.clone()).collect(),
+            names,
             dim: system.body.mesh.dim(),
             points: system.facing().iter().enumerate().map(share).collect(),
         }

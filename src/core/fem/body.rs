@@ -335,25 +335,20 @@ impl Body {
         let contact: Vec<usize> = rows.all().collect();
         let dofs = DofMap::of_rows(n, rows);
         let [of_mass, of_stiffness] = [mass, stiffness].map(|a| dofs.congruence(a));
-        let (lowest, highest, free) = match rows.massless.is_empty() {
-            true => extreme_frequencies(mass, stiffness, &contact)?,
-            false => {
-                let t = massless::split(n, &rows.massless);
-                let is_pivot = |i: usize| rows.massless.iter().any(|m| m.pivot == i);
-                // what has no mass has none to the last digit
-                let own = mass.congruence(&t).triplets().collect::<Vec<_>>();
-                let own = own.into_iter().filter(|e| !is_pivot(e.0) && !is_pivot(e.1)).collect();
-                let own = Csr::from_triplets(n, n, own);
-                let (lowest, highest, free) =
-                    extreme_frequencies(&own, &stiffness.congruence(&t), &contact)?;
-                let over_rows = |shape: Vec<f64>| {
-                    let mut all = vec![0.0; n];
-                    t.mul(&shape, &mut all);
-                    all
-                };
-                (lowest, highest, free.into_iter().map(over_rows).collect())
-            }
+        let t = massless::split(n, &rows.massless);
+        let is_pivot = |i: usize| rows.massless.iter().any(|m| m.pivot == i);
+        // what has no mass has none to the last digit
+        let own = mass.congruence(&t);
+        let own = own.triplets().filter(|e| !is_pivot(e.0) && !is_pivot(e.1)).collect();
+        let own = Csr::from_triplets(n, n, own);
+        let (lowest, highest, free) =
+            extreme_frequencies(&own, &stiffness.congruence(&t), &contact)?;
+        let over_rows = |shape: Vec<f64>| {
+            let mut all = vec![0.0; n];
+            t.mul(&shape, &mut all);
+            all
         };
+        let free = free.into_iter().map(over_rows).collect();
         if lowest <= 0.0 {
             return Err(FemError::NotPositiveDefinite { what: "stiffness matrix" });
         }

@@ -195,21 +195,31 @@ impl Loads {
         }
     }
 
-    /// Power `(f(t) − f₀)ᵀ v` of what changes in time, of dampers that are stretched as given with `A* u̇_O` for `v`.
-    pub(crate) fn driven_power(&self, t: f64, (v, followed): (&[f64], &[f64])) -> f64 {
-        let along = |force: &[f64], v: &[f64]| force.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
-        let dot = |force: &[f64]| along(force, v);
-        let of = |h: &Harmonic| along(&h.force, if h.damps { followed } else { v });
-        let harmonic = self.harmonics.iter().map(|h| h.factor(t, 0) * of(h));
-        let measured = self.measured.iter().map(|m| m.factor(t, 0) * dot(&m.force));
-        harmonic.chain(measured).sum()
+    /// Power `(f(t) − f₀)ᵀ v` of what changes in time, but for dampers that are stretched as given.
+    pub(crate) fn driven_power(&self, t: f64, v: &[f64]) -> f64 {
+        let measured = self.measured.iter().map(|m| m.factor(t, 0) * dot(&m.force, v));
+        self.harmonic_power(t, v, false) + measured.sum::<f64>()
+    }
+
+    /// That of these dampers along `A* u̇_O`.
+    pub(crate) fn stretched_power(&self, t: f64, followed: &[f64]) -> f64 {
+        self.harmonic_power(t, followed, true)
+    }
+
+    fn harmonic_power(&self, t: f64, v: &[f64], damps: bool) -> f64 {
+        let own = self.harmonics.iter().filter(|h| h.damps == damps);
+        own.map(|h| h.factor(t, 0) * dot(&h.force, v)).sum()
     }
 
     /// Work function `f₀ᵀ u` of the constant part.
     pub fn constant_potential(&self, u: &[f64]) -> f64 {
         let Some(c) = &self.constant else { return 0.0 };
-        c.iter().zip(u).map(|(f, u)| f * u).sum()
+        dot(c, u)
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `M a` for a uniform acceleration `a`, on the components of all nodes.

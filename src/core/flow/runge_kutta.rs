@@ -89,13 +89,14 @@ impl<'a> RungeKutta<'a> {
         k[..n].copy_from_slice(v);
         phase.acceleration(t, u, v, &mut self.scratch, &mut k[n..2 * n]);
         if let Some(i) = self.layout.work {
-            let loads = &self.system.loads;
-            let stretched = loads.harmonics.iter().any(|h| h.damps);
-            let followed = if stretched { phase.followed(v) } else { vec![] };
-            k[i] = loads.driven_power(t, (&self.scratch.v, &followed));
+            k[i] = self.system.loads.driven_power(t, &self.scratch.v);
         }
         if let Some(i) = self.layout.dissipated {
             k[i] = phase.dissipation(v, &mut self.scratch);
+            // dampers stand in damped bodies alone; what follows is in the scratch now
+            if let Some(work) = self.layout.work {
+                k[work] += self.system.loads.stretched_power(t, &self.scratch.v);
+            }
         }
         if let Some(rubbed) = self.layout.rubbed {
             k[rubbed.all()].fill(0.0);

@@ -154,37 +154,33 @@ fn array(bytes: &[u8], parent: &str, depth: usize, found: &mut Vec<Named>) -> Re
             }
             Ok(())
         }
-        5 => {
+        5..=15 => {
             let whole = |x: Vec<f64>| x.into_iter().map(|x| x as usize).collect::<Vec<_>>();
-            let (of_rows, starts) = (whole(numbers(next()?)?), whole(numbers(next()?)?));
+            let sparse = match class {
+                5 => Some((whole(numbers(next()?)?), whole(numbers(next()?)?))),
+                _ => None,
+            };
             let values = numbers(next()?)?;
-            if is_complex
-                && next().is_ok_and(|p| numbers(p).is_ok_and(|x| x.iter().any(|x| *x != 0.0)))
-            {
+            let mut imaginary = || numbers(next().ok()?).ok();
+            if is_complex && imaginary().is_some_and(|x| x.iter().any(|x| *x != 0.0)) {
                 found.push(Named::refused(name, "is complex"));
                 return Ok(());
             }
-            let sparse =
-                Sparse { sizes: (rows, columns), starts: &starts, rows: &of_rows, values: &values };
-            found.push(Named::new(name, from_columns(&sparse)));
-            Ok(())
-        }
-        6..=15 => {
-            let values = numbers(next()?)?;
-            if is_complex
-                && next().is_ok_and(|p| numbers(p).is_ok_and(|x| x.iter().any(|x| *x != 0.0)))
-            {
-                found.push(Named::refused(name, "is complex"));
-                return Ok(());
-            }
-            if rows.checked_mul(columns) != Some(values.len()) {
-                found
-                    .push(Named::refused(name, "has another number of entries than its sizes say"));
-                return Ok(());
-            }
-            let at = |k: usize, v: &f64| (*v != 0.0).then_some((k % rows, k / rows, *v));
-            let entries = values.iter().enumerate().filter_map(|(k, v)| at(k, v)).collect();
-            found.push(Named::new(name, Ok(Csr::from_triplets(rows, columns, entries))));
+            let sizes = (rows, columns);
+            let matrix = match sparse {
+                Some((rows, starts)) => {
+                    from_columns(&Sparse { sizes, starts: &starts, rows: &rows, values: &values })
+                }
+                None if rows.checked_mul(columns) != Some(values.len()) => {
+                    Err("has another number of entries than its sizes say".into())
+                }
+                None => {
+                    let at = |k: usize, v: &f64| (*v != 0.0).then_some((k % rows, k / rows, *v));
+                    let entries = values.iter().enumerate().filter_map(|(k, v)| at(k, v));
+                    Ok(Csr::from_triplets(rows, columns, entries.collect()))
+                }
+            };
+            found.push(Named::new(name, matrix));
             Ok(())
         }
         // words, cells, structs of several

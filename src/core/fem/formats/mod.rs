@@ -154,6 +154,16 @@ fn pick(format: &'static str, all: Vec<Named>, wanted: Option<&str>) -> Result<W
     Ok(Written { format, matrix, entries, one_triangle, names, held: vec![] })
 }
 
+/// Whether a file is of a format that names its rows, by its beginning: others need not be read for names.
+pub fn may_have_names(bytes: &[u8]) -> bool {
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).to_uppercase();
+    let is_labelled = |line: &&str| !line.trim_start().starts_with('*') && !line.trim().is_empty();
+    let first = start.lines().find(is_labelled).unwrap_or_default();
+    // Abaqus's MATRIX INPUT has five numbers a line
+    first.matches(',').count() >= 4
+        || ["DMIG", "*USER ELEMENT", "MATLAB 5.0"].iter().any(|word| start.contains(word))
+}
+
 /// Read a matrix, of a file that has several that of a name; the message says what is wrong with the file, and what would help.
 pub fn read_matrix(bytes: &[u8], wanted: Option<&str>) -> Result<Written, String> {
     let written = of_content(bytes, wanted)?;

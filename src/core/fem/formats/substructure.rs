@@ -96,20 +96,9 @@ pub(super) fn read(text: &str) -> Result<Vec<Named>, String> {
             );
         }
         let places = (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
-        let mut entries = vec![];
-        for ((i, j), v) in places.zip(&values).filter(|e| *e.1 != 0.0) {
-            entries.push((i, j, *v));
-            if i != j {
-                entries.push((j, i, *v));
-            }
-        }
-        let matrix = Csr::from_triplets(n, n, entries);
-        Named {
-            names: names.clone(),
-            entries: values.len(),
-            one_triangle: true,
-            ..Named::new(kind, Ok(matrix))
-        }
+        let entries = places.zip(&values).filter(|e| *e.1 != 0.0).map(|((i, j), v)| (i, j, *v));
+        let matrix = Csr::from_triplets(n, n, entries.collect());
+        Named { names: names.clone(), entries: values.len(), ..Named::new(kind, Ok(matrix)) }
     };
     Ok(matrices.into_iter().map(named).collect())
 }
