@@ -15,8 +15,10 @@ use signorini::scenario::Scene;
 use tempfile::TempDir;
 
 /// Keys of scenes that name files.
-const FILES: [&str; 12] = [
+const FILES: [&str; 14] = [
     "body.file",
+    "body.deck",
+    "body[].deck",
     "body.mass_matrix",
     "body.stiffness_matrix",
     "body.damping_matrix",
@@ -31,8 +33,10 @@ const FILES: [&str; 12] = [
 ];
 
 /// Keys whose values are texts that name no file.
-const WORDS: [&str; 50] = [
+const WORDS: [&str; 52] = [
     "title",
+    "contact.nodes",
+    "contact.direction",
     "contact.gap",
     "contact.gap_behind",
     "contact.group",

@@ -342,6 +342,31 @@ fn what_has_no_mass_follows() {
     assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stdout));
 }
 
+/// The content of a file with something cut off, changed, left out or put in.
+fn spoilt(bytes: &[u8], seed: &mut u64) -> Vec<u8> {
+    let mut random = |n: usize| {
+        *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (*seed >> 33) as usize % n
+    };
+    let mut bad = bytes.to_vec();
+    match random(4) {
+        0 => bad.truncate(random(bytes.len())),
+        1 => (0..1 + random(5)).for_each(|_| {
+            let at = random(bytes.len());
+            bad[at] = random(256) as u8;
+        }),
+        2 => {
+            let at = random(bytes.len());
+            bad.drain(at..(at + 1 + random(40)).min(bytes.len()));
+        }
+        _ => {
+            let at = random(bytes.len());
+            bad.splice(at..at, (0..1 + random(9)).map(|_| b"0123456789-.,eD \n"[random(17)]));
+        }
+    }
+    bad
+}
+
 /// Damaged in every way that comes to mind: refused with a reason or read, never a panic; and what is cut short, or says something else than it holds, is refused.
 #[test]
 fn damaged_files_are_refused() {
@@ -360,33 +385,11 @@ fn damaged_files_are_refused() {
         "brick_sub.mtx",
     ];
     let mut seed = 20261127u64;
-    let mut random = |n: usize| {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 33) as usize % n
-    };
     let mut refused = 0;
     for name in samples {
         let bytes = std::fs::read(sample(name)).unwrap();
         for _ in 0..200 {
-            let mut bad = bytes.clone();
-            match random(4) {
-                0 => bad.truncate(random(bytes.len())),
-                1 => (0..1 + random(5)).for_each(|_| {
-                    let at = random(bytes.len());
-                    bad[at] = random(256) as u8;
-                }),
-                2 => {
-                    let at = random(bytes.len());
-                    bad.drain(at..(at + 1 + random(40)).min(bytes.len()));
-                }
-                _ => {
-                    let at = random(bytes.len());
-                    bad.splice(
-                        at..at,
-                        (0..1 + random(9)).map(|_| b"0123456789-.,eD \n"[random(17)]),
-                    );
-                }
-            }
+            let bad = spoilt(&bytes, &mut seed);
             if let Err(why) = read_matrix(&bad, None) {
                 assert!(!why.is_empty());
                 refused += 1;
@@ -419,10 +422,87 @@ fn decks_are_meshes() {
     }
     let said = json(&["inspect", &sample("block.inp")]);
     assert_eq!((&said["format"], &said["nodes"]), (&Value::from("deck"), &Value::from(36)));
-    let output = run(&["inspect", &sample("assembly.inp")]);
-    let text = String::from_utf8_lossy(&output.stderr).replace('\n', " ");
-    assert!(
-        output.status.code() == Some(2) && text.contains("several parts or instances"),
-        "{text}"
-    );
+}
+
+/// One part twice, the second moved and then turned, tied at matching nodes: the frequencies that CalculiX printed of the flat deck with its tie.
+#[test]
+fn instances_and_ties_are_one_body() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(sample("assembly.inp")).unwrap();
+    let scene = |deck: &str, rest: &str| {
+        let deck = written(folder.path(), "assembly.inp", deck);
+        let text = format!(
+            "[body]\nkind = 'mesh'\nfile = '{deck}'\n[[material]]\nyoung = 210000.0\npoisson = 0.3\ndensity = 7.85e-9\n\
+             [[support]]\ngroup = 'Clamp'\nfix = ['x', 'y', 'z']\n{rest}"
+        );
+        written(folder.path(), "assembly.toml", &text)
+    };
+    let checks = checks();
+    same_frequencies(&scene(&text, ""), &checks["assembly"], "assembly");
+    let said = json(&["inspect", &sample("assembly.inp")]);
+    assert_eq!(said["nodes"], 20);
+    let contact = "[contact]\ngroup = 'Nose'\ngap = 0.1\n[run]\nuntil = 1e-6\n";
+    let inspected = json(&["inspect", &scene(&text, contact)]);
+    assert_eq!(inspected["n_contact"], 4);
+    // sets of parts carry the name of their instance; the free end of the second lies where its twelfth node was said to be
+    let named = "[contact]\ngroup = 'Arm-2.Free end'\nplane = { normal = [0.0, 1.0, 0.0], offset = 15.5 }\n";
+    assert_eq!(json(&["inspect", &scene(&text, named)])["n_contact"], 4);
+    // surfaces that do not match, and parts that are not placed
+    for (from, to, words) in [
+        ("position tolerance=0.01", "position tolerance=1e-9", ""),
+        (
+            "          10.,           5.,           0.\n",
+            "          10.,           5.,           0.5\n",
+            "has no partner within",
+        ),
+        ("Foot, Seat", "Foot, Nose", "surface \"Nose\""),
+        ("instance=Arm-1, generate", "instance=Arm-7, generate", ""),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let output = run(&["inspect", &scene(&text.replacen(from, to, 1), "")]);
+        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(output.status.code() == Some(2), !words.is_empty(), "{from}: {said}");
+        assert!(said.contains(words), "{from}: {said}");
+    }
+}
+
+/// A brick that meshio and VTK wrote in every way they know (text, base64, appended raw and as base64, zlib or not, either order of bytes) is that of CalculiX.
+#[test]
+fn files_of_vtk_are_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let checks = checks();
+    for file in [
+        "brick",
+        "brick_zlib",
+        "brick_raw",
+        "brick_appended",
+        "brick_big",
+        "brick_binary",
+        "brick_inline",
+    ] {
+        let file = sample(&format!("{file}.vtu"));
+        let text = format!(
+            "[body]\nkind = 'mesh'\nfile = '{file}'\n[[material]]\ngroup = 'material 1'\nyoung = 210000.0\npoisson = 0.3\ndensity = 7.85e-9\n\
+             [[support]]\ngroup = 'WALL'\nfix = ['x', 'y', 'z']\n[contact]\ngroup = 'TIP'\ngap = 1.0\nmethod = 'penalty'\n"
+        );
+        same_frequencies(&written(folder.path(), "vtu.toml", &text), &checks["brick"], &file);
+        let said = json(&["inspect", &file]);
+        assert_eq!((&said["format"], &said["nodes"]), (&Value::from("VTK"), &Value::from(16)));
+    }
+    let mut seed = 20261128u64;
+    for name in
+        ["brick.vtu", "brick_raw.vtu", "brick_appended.vtu", "brick_big.vtu", "brick_inline.vtu"]
+    {
+        let bytes = std::fs::read(sample(name)).unwrap();
+        let mut refused = 0;
+        for _ in 0..300 {
+            let bad = spoilt(&bytes, &mut seed);
+            if let Err(why) = signorini::problem::read_mesh(&bad) {
+                assert!(!why.to_string().is_empty());
+                refused += 1;
+            }
+        }
+        assert!(refused > 100, "{name}: {refused}");
+    }
 }

@@ -73,6 +73,7 @@ mod store;
 mod study;
 mod subharmonic;
 mod substructures;
+mod superelements;
 mod sweeps;
 mod swings;
 mod threads;

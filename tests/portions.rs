@@ -99,3 +99,70 @@ fn parts_that_are_none_are_refused() {
         assert!(said.contains(at) && said.contains(words), "{key}: {said}");
     }
 }
+
+/// A plate whose right edge has the nodes 35 to 41, 0.1 apart.
+fn at(folder: &Path, keys: &str) -> Value {
+    solved(folder, &format!("[contact]\nedge = 'right'\n{keys}\ngap = 0.01\n"))
+}
+
+fn pressures(said: &Value) -> Vec<f64> {
+    said["forces"].as_array().unwrap().iter().map(|f| f["maximum"].as_f64().unwrap()).collect()
+}
+
+/// The two nodes of one side move as the side does, with forces in place of pressures; fewer nodes push at themselves alone.
+#[test]
+fn chosen_nodes_are_contact_without_an_area() {
+    let folder = tempfile::tempdir().unwrap();
+    let by = "stress = 'reaction'\ninertia = 'constant'";
+    let side = at(folder.path(), &format!("where = '0.2 < y < 0.3'\n{by}"));
+    let nodes = at(folder.path(), "nodes = [38, 37]");
+    assert_eq!((&side["n_contact"], &nodes["n_contact"]), (&Value::from(2), &Value::from(2)));
+    let switches = |said: &Value| said["switches"].as_array().unwrap().clone();
+    assert!(!switches(&side).is_empty());
+    for (a, b) in switches(&side).iter().zip(&switches(&nodes)) {
+        let [a, b] = [a, b].map(|s| s["t"].as_f64().unwrap());
+        assert!((a - b).abs() < 1e-10, "{a} {b}");
+    }
+    let (a, b) = (places(&side), places(&nodes));
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12), "{a:?} {b:?}");
+    // resultants are forces in both
+    let (a, b) = (pressures(&side), pressures(&nodes));
+    assert!((a[0] - b[0]).abs() < 1e-10 * a[0] && a[0] > 0.0, "{a:?} {b:?}");
+    assert_eq!(nodes["forces"][0]["group"], "right at 38, 37");
+    let one = at(folder.path(), "nodes = [38]\nmethod = 'mass-redistribution'");
+    assert_eq!(one["n_contact"], 1);
+    assert!(one["switches"].as_array().unwrap().iter().all(|s| s["node"] == 38));
+    // what is stored as pressure is the force: the side's is over 0.1 of length, half of it each
+    let stored = |keys: &str| {
+        at(folder.path(), keys);
+        signorini::store::Stored::read(&folder.path().join("s.h5")).unwrap()
+    };
+    let (force, pressure) =
+        (stored("nodes = [37, 38]"), stored(&format!("where = '0.2 < y < 0.3'\n{by}")));
+    assert!(force.contact_area.iter().all(|a| *a == 1.0));
+    let largest = |s: &signorini::store::Stored| s.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
+    assert!((largest(&force) - 0.05 * largest(&pressure)).abs() < 1e-10 * largest(&force));
+}
+
+#[test]
+fn nodes_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (keys, at, words) in [
+        ("nodes = [22]", "contact.nodes", "no node 22"),
+        ("nodes = []", "contact.nodes", "names no node"),
+        ("nodes = [38, 38]", "contact.nodes", "38 twice"),
+        ("nodes = 'TIP'", "contact.nodes", "numbers of nodes are wanted"),
+        ("nodes = 3", "contact.nodes", "the name of a set"),
+        ("nodes = [38]\nfrom = [0.0, 0.5]", "contact.nodes", "stands beside from"),
+        ("nodes = [38]\nmethod = 'penalty'", "contact.nodes", "has no area"),
+        ("nodes = [38]\nstress = 'projection'", "contact.nodes", "has no area"),
+        ("nodes = [38]\ndirection = 'x'", "contact.direction", "belongs to body.kind"),
+    ] {
+        let scene =
+            scene(folder.path(), &format!("[contact]\nedge = 'right'\ngap = 0.1\n{keys}\n"));
+        let output = run(&["inspect", &scene]);
+        let said = String::from_utf8_lossy(&output.stderr).replace('\n', " ");
+        assert_eq!(output.status.code(), Some(2), "{keys}: {said}");
+        assert!(said.contains(at) && said.contains(words), "{keys}: {said}");
+    }
+}

@@ -16,7 +16,9 @@ use crate::matrices::read_matrix;
 use crate::mesh::point::{minus, norm};
 use crate::mesh::{Facet, Mesh, Point, bounds, structured};
 use crate::scenario;
-use crate::scenario::{BodyKind, Contact, Direction, Issue, MassKind, Obstacle, Scene, Support};
+use crate::scenario::{
+    BodyKind, Contact, Direction, Issue, MassKind, Obstacle, Portion, Scene, Support,
+};
 
 /// The mesh of a scene; regions are its materials.
 pub fn mesh(scene: &Scene) -> Result<Mesh, ProblemError> {
@@ -53,7 +55,7 @@ fn shape(scene: &Scene) -> Result<Form, ProblemError> {
         }
     };
     check_names(scene, &mesh)?;
-    let mesh = portions(scene, mesh)?;
+    let mesh = portions(scene, mesh, &tags)?;
     Ok(Form { mesh, tags })
 }
 
@@ -79,11 +81,41 @@ fn check_names(scene: &Scene, mesh: &Mesh) -> Result<(), ProblemError> {
     Err(scene.error(Issue::new(key, message, help)).into())
 }
 
+/// The nodes of a group that a scene names, and the sides that they are on.
+fn chosen(
+    scene: &Scene,
+    (key, wanted): (String, &[i64]),
+    (mesh, group): (&Mesh, &str),
+    tags: &[Option<i64>],
+) -> Result<(Vec<usize>, Vec<Facet>), ProblemError> {
+    let all = mesh.group_nodes(group);
+    let number = |n: usize| tags[n].unwrap_or(n as i64);
+    let mut nodes = vec![];
+    for tag in wanted {
+        let Some(node) = all.iter().find(|n| number(**n) == *tag) else {
+            let known: Vec<String> = all.iter().map(|&n| number(n).to_string()).collect();
+            let shown = match known.len() {
+                0..=12 => known.join(", "),
+                _ => format!("{}, … {}", known[..10].join(", "), known[known.len() - 1]),
+            };
+            let message = format!("\"{group}\" has no node {tag}");
+            let help = format!("its {} nodes are {shown}", known.len());
+            return Err(scene.error(Issue::new(key, message, help)).into());
+        };
+        nodes.push(*node);
+    }
+    let touches = |f: &&Facet| mesh.side_nodes(**f).iter().any(|n| nodes.contains(n));
+    let facets = mesh.group(group).iter().filter(touches).copied().collect();
+    Ok((nodes, facets))
+}
+
 /// The mesh with the parts of groups that obstacles face, as groups of their own.
-fn portions(scene: &Scene, mesh: Mesh) -> Result<Mesh, ProblemError> {
+fn portions(scene: &Scene, mesh: Mesh, tags: &[Option<i64>]) -> Result<Mesh, ProblemError> {
     let mut added: Vec<(String, Vec<Facet>)> = vec![];
+    let mut at_nodes: Vec<(String, Vec<usize>)> = vec![];
     for (k, o) in scene.contact.iter().flat_map(|c| c.obstacles.iter().enumerate()) {
         let Some((group, portion)) = &o.portion else { continue };
+        let key = || scene.contact.as_ref().map_or(String::new(), |c| c.key(k, portion.key()));
         let facets = mesh.group(group);
         let middle = |f: &Facet| {
             let nodes = mesh.side_nodes(*f);
@@ -99,16 +131,20 @@ fn portions(scene: &Scene, mesh: Mesh) -> Result<Mesh, ProblemError> {
         };
         let whole: f64 = facets.iter().map(length).sum();
         let mut behind = 0.0;
-        let mut chosen = vec![];
+        let mut sides = vec![];
         for facet in facets {
             let own = length(facet);
             if portion.has(middle(facet), (behind + 0.5 * own) / whole) {
-                chosen.push(*facet);
+                sides.push(*facet);
             }
             behind += own;
         }
-        if chosen.is_empty() {
-            let key = scene.contact.as_ref().map_or(String::new(), |c| c.key(k, portion.key()));
+        if let Portion::Nodes(wanted) = portion {
+            let (nodes, on) = chosen(scene, (key(), wanted), (&mesh, group), tags)?;
+            at_nodes.push((o.group.clone(), nodes));
+            sides = on;
+        }
+        if sides.is_empty() {
             let middles: Vec<Point> = facets.iter().map(middle).collect();
             let [low, high] = bounds(&middles);
             let range = |c: usize| format!("{} {} to {}", ["x", "y", "z"][c], low[c], high[c]);
@@ -119,21 +155,20 @@ fn portions(scene: &Scene, mesh: Mesh) -> Result<Mesh, ProblemError> {
                 ranges.join(", ")
             );
             let help = "give a larger part, or a finer mesh";
-            return Err(scene.error(Issue::new(key, message, help)).into());
+            return Err(scene.error(Issue::new(key(), message, help)).into());
         }
         if added.iter().any(|(name, _)| *name == o.group) {
-            let key = scene.contact.as_ref().map_or(String::new(), |c| c.key(k, portion.key()));
-            let issue = Issue::new(key, "is that of another obstacle", "give it once");
+            let issue = Issue::new(key(), "is that of another obstacle", "give it once");
             return Err(scene.error(issue).into());
         }
-        added.push((o.group.clone(), chosen));
+        added.push((o.group.clone(), sides));
     }
     if added.is_empty() {
         return Ok(mesh);
     }
     let own: Vec<(String, Vec<Facet>)> =
         mesh.groups().map(|g| (g.to_owned(), mesh.group(g).to_vec())).collect();
-    Ok(mesh.with_groups(own.into_iter().chain(added)))
+    Ok(mesh.with_groups(own.into_iter().chain(added)).with_chosen(at_nodes))
 }
 
 /// The mesh of one body where it stands, with the names of its nodes.

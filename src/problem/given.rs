@@ -12,8 +12,8 @@ use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
 use crate::fem::formats::DofName;
 use crate::fem::{
-    Body, ContactRows, Csr, FemError, Massless, motions_without_mass, standing_beside,
-    with_elements,
+    Body, ContactRows, Csr, FemError, Massless, SuperelementError, free_interface_form,
+    motions_without_mass, standing_beside, with_elements,
 };
 use crate::matrices::{read_matrix, read_written};
 use crate::scenario::{Contact, Counted, Issue, Obstacle, Scene, SidesKey, StressKey};
@@ -28,7 +28,11 @@ pub(super) fn given_gaps(scene: &Scene, count: usize) -> Vec<f64> {
     let Some(c) = &scene.contact else { return vec![] };
     match (&c.gaps, c.gap()) {
         (Some(list), _) => list.clone(),
-        (None, Some(gap)) => vec![gap.at([0.0; 3]); count],
+        (None, Some(gap)) => {
+            let rows = c.displacements.as_deref().unwrap_or_default();
+            let at = |k: usize| rows.get(k).and_then(|row| scene.rows.places.get(row));
+            (0..count).map(|k| gap.at(at(k).copied().unwrap_or_default())).collect()
+        }
         (None, None) => vec![],
     }
 }
@@ -280,6 +284,7 @@ pub(super) fn given_matrices(
     }
     let mass = square(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
     let stiffness = square(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
+    let [mass, stiffness] = as_superelement(scene, [mass, stiffness])?;
     let n = mass.n_rows();
     let (mut rows, gap) = contact_rows(scene, n)?;
     // what has no mass follows statically, as the contact does
@@ -287,7 +292,8 @@ pub(super) fn given_matrices(
     let has_mass = |i: &usize| mass.row(*i).any(|e| e.1 != 0.0);
     let without: Vec<usize> = (0..n).filter(|i| !has_mass(i) && !own.contains(i)).collect();
     // of a file that lacks most of its mass something else is wrong
-    if constrained && !without.is_empty() && 2 * without.len() < n {
+    let most = scene.rows.superelement.is_none() && 2 * without.len() >= n;
+    if constrained && !without.is_empty() && !most {
         check_followers(scene, without.len(), n)?;
         rows.against.resize(rows.facing.len(), vec![]);
         rows.idle.extend(&without);
@@ -324,6 +330,7 @@ pub(super) fn given_matrices(
     let massless = of_contact.all().filter(|i| !has_mass(i)).count();
     check_symmetric(scene, "body.mass_matrix", (&mass, massless), n, mass.n_cols())?;
     check_symmetric(scene, "body.stiffness_matrix", (&stiffness, 0), n, mass.n_cols())?;
+    check_stillness(scene, constrained, (&mass, &stiffness), &own)?;
     let discrete = elements::of_matrices(scene, n)?;
     let mass = with_elements(mass, &discrete, |e| e.mass);
     let stiffness = with_elements(stiffness, &discrete, |e| e.stiffness);
@@ -340,6 +347,62 @@ pub(super) fn given_matrices(
     let elastic = scene.all_sliders().iter().filter(|s| s.stiffness.is_some()).count();
     Ok((body.with_memory(elastic), rows, gap))
 }
+
+/// Matrices in free-interface form, where the scene asks for it.
+fn as_superelement(scene: &Scene, [mass, stiffness]: [Csr; 2]) -> Result<[Csr; 2], ProblemError> {
+    let Some(kept) = &scene.rows.superelement else { return Ok([mass, stiffness]) };
+    let n = mass.n_rows();
+    check_symmetric(scene, "body.mass_matrix", (&mass, 0), n, mass.n_cols())?;
+    check_symmetric(scene, "body.stiffness_matrix", (&stiffness, 0), n, mass.n_cols())?;
+    if let Some(row) = kept.rows.iter().find(|row| **row >= n) {
+        let message = format!("keeps row {row}, which the scene names, and the matrices have {n}");
+        return Err(fault(scene, "reduction", message, "give rows from 0 on"));
+    }
+    if kept.modes >= n {
+        let message = format!("{} of matrices that have {n} rows", kept.modes);
+        return Err(fault(scene, "reduction.modes", message, "give fewer"));
+    }
+    free_interface_form(&mass, &stiffness, &kept.rows, kept.modes).map_err(|e| {
+        let help = match &e {
+            SuperelementError::Stiff { .. } => {
+                "give fewer modes; or export the superelement with more modes, or with the neighbours of its contact nodes"
+            }
+            SuperelementError::Fem(FemError::NotPositiveDefinite { what }) if what.contains("mass") => {
+                "give a mass that no motion lacks"
+            }
+            SuperelementError::Fem(_) => "give matrices of a body that its supports hold",
+        };
+        fault(scene, "reduction", e.to_string(), help)
+    })
+}
+
+/// Contact displacements that move nothing and follow nothing with mass: the static modes of a superelement with fixed-interface modes.
+fn check_stillness(
+    scene: &Scene,
+    constrained: bool,
+    (mass, stiffness): (&Csr, &Csr),
+    own: &[usize],
+) -> Result<(), ProblemError> {
+    let size = |i: usize| stiffness.entry(i, i).map_or(0.0, |k| k.abs().sqrt());
+    let moves = |j: usize| !own.contains(&j) && mass.row(j).any(|e| e.1 != 0.0);
+    let follows = |&i: &usize| {
+        let mut row = stiffness.row(i);
+        row.any(|(j, k)| moves(j) && k.abs() > STILL * size(i) * size(j))
+    };
+    if !constrained || own.is_empty() || own.iter().any(follows) {
+        return Ok(());
+    }
+    let message = "stand still while they are open: their stiffness ties them to nothing that has mass, as in a superelement with fixed-interface modes (Craig and Bampton)";
+    let help = "[reduction] with kind = \"free-interface\" and modes = 12: fewer than the superelement has";
+    let key = match scene.gives("contact", "nodes") {
+        true => "contact.nodes",
+        false => "contact.displacements",
+    };
+    Err(fault(scene, key, message, help))
+}
+
+/// A coupling below this, over the roots of both stiffnesses, is rounding.
+const STILL: f64 = 1e-9;
 
 /// Square, of `n` rows as the mass matrix, symmetric, with a diagonal.
 fn check_symmetric(

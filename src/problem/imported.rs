@@ -7,12 +7,17 @@ use super::materials::generated;
 use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::deck;
 use crate::mesh::gmsh::{self, File, Imported, Sides};
+use crate::mesh::vtu;
 use crate::mesh::{ElementKind, Facet, Family, Mesh};
 use crate::scenario::{Body, ContactMethod, Issue, MassKind, Scene, State, StressKey};
 
-/// A mesh of Gmsh, or a deck of Abaqus or CalculiX.
+/// A mesh of Gmsh, a deck of Abaqus or CalculiX, or a file of VTK.
 pub fn read(bytes: &[u8]) -> Result<File, gmsh::GmshError> {
-    if deck::is_deck(bytes) { deck::read(bytes) } else { gmsh::read(bytes) }
+    match bytes {
+        deck if deck::is_deck(deck) => deck::read(deck),
+        vtk if vtu::is_vtk(vtk) => vtu::read(vtk),
+        other => gmsh::read(other),
+    }
 }
 
 /// The mesh of the file of a body, its regions numbered as the materials of the scene, and the tags of its nodes.
@@ -28,7 +33,8 @@ pub(super) fn body(
     let bytes = std::fs::read(&path).map_err(|e| {
         fault(
             e.to_string(),
-            "give a mesh of Gmsh, or a deck (.inp), relative to the scene".to_owned(),
+            "give a mesh of Gmsh, a deck (.inp) or a file of VTK (.vtu), relative to the scene"
+                .to_owned(),
         )
     })?;
     let of_gmsh = |e: gmsh::GmshError| fault(e.place() + &e.message, e.help.clone());
@@ -231,7 +237,9 @@ pub(super) fn check_elements(
     }
     let Some(c) = &scene.contact else { return Ok(()) };
     let on = |is_so: &dyn Fn(Facet, ElementKind) -> bool| {
-        let any = |f: &Facing| mesh.group(&f.group).iter().any(|&s| is_so(s, mesh.element(s).kind));
+        let own = |f: &Facing| mesh.group(&f.group).iter().any(|&s| is_so(s, mesh.element(s).kind));
+        // a force at one node has the sign of its contact on any side
+        let any = |f: &Facing| mesh.chosen(&f.group).is_none() && own(f);
         dofs.facing.iter().position(any)
     };
     let projects =

@@ -38,7 +38,7 @@ pub(super) fn probes(scene: &Scene, body: &Body) -> Result<Vec<Probe>, ProblemEr
         match Probe::new(body, &probe.name, &spot, &probe.quantity) {
             Ok(mut new) => {
                 // rows with names say along what they are
-                let named = probe.node.and_then(|row| scene.rows.names.get(row));
+                let named = probe.node.and_then(|row| scene.rows.name(row));
                 let axes = ["scalar", "x", "y", "z", "rx", "ry", "rz"];
                 new.axis = named.and_then(|name| axes.get(usize::from(name.direction)).copied());
                 all.push(new);

@@ -38,7 +38,7 @@ pub struct Body {
     /// Thickness of a plate, or of a mesh in plane stress or strain.
     #[schemars(extend("default" = 1.0))]
     pub thickness: Option<f64>,
-    /// File of the mesh (Gmsh 4.1 or 2.2, ASCII), relative to the scene.
+    /// File of the mesh, relative to the scene: of Gmsh (4.1 or 2.2, ASCII), a deck of Abaqus or CalculiX (`.inp`), or of VTK (`.vtu`).
     #[schemars(extend("examples" = ["meshes/bracket.msh"]))]
     pub file: Option<PathBuf>,
     /// What a mesh in the plane stands for; a mesh in space has none.
@@ -68,6 +68,9 @@ pub struct Body {
     pub stiffness_matrix: Option<String>,
     /// `C`, likewise; a combination of `M` and `K`.
     pub damping_matrix: Option<String>,
+    /// The deck (`.inp`) that the matrices come from: sets and places of its nodes, for `[contact] nodes` and for gaps that are expressions of x, y and z.
+    #[schemars(extend("examples" = ["block.inp"]))]
+    pub deck: Option<PathBuf>,
 }
 
 /// `state` of a body in the plane.
@@ -138,6 +141,7 @@ impl Body {
             ("mass_matrix", self.mass_matrix.is_some()),
             ("stiffness_matrix", self.stiffness_matrix.is_some()),
             ("damping_matrix", self.damping_matrix.is_some()),
+            ("deck", self.deck.is_some()),
         ];
         if let Some((key, _)) = files.iter().find(|f| f.1) {
             let message = "belongs to kind = \"matrices\", this body has elements";
@@ -201,7 +205,7 @@ impl Body {
             return Err(Issue::new(
                 format!("{table}.file"),
                 "is missing",
-                "file = \"bracket.msh\" (Gmsh)",
+                "file = \"bracket.msh\" (Gmsh; or .inp, .vtu)",
             ));
         }
         let has_thickness = matches!(self.state, Some(State::PlaneStress | State::PlaneStrain));

@@ -34,8 +34,10 @@ impl Scene {
         let found = listed("initial.displacement", &self.initial.displacement)
             .or_else(|| listed("initial.velocity", &self.initial.velocity))
             .or(obstacles);
+        // the places of a deck are in space
+        let in_space = self.dim() == 3 || self.body.deck.is_some();
         match found {
-            Some(key) if self.dim() < 3 => Err(Issue::new(
+            Some(key) if !in_space => Err(Issue::new(
                 key,
                 "is an expression of z, and the body lies in the plane of x and y",
                 "give an expression of x and y",

@@ -9,6 +9,7 @@ use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
 use super::counted::Counted;
 use super::meeting::{GapKey, Meeting, ProjectionKey, SidesKey};
+use super::nodes::NodesKey;
 use super::number::{Check, finite, length, positive};
 use super::portion::Portion;
 use super::side::{EdgeKey, side};
@@ -28,6 +29,9 @@ pub struct Contact {
     pub gaps: Option<Vec<f64>>,
     /// The contact displacements, as rows of the matrices counted from 0, positive towards the obstacle (kind `matrices`).
     pub displacements: Option<Vec<usize>>,
+    /// In their place nodes, and the direction of the obstacle from them (kind `matrices`).
+    pub(super) nodes: Option<NodesKey>,
+    pub(super) direction: Option<String>,
     /// What each contact displacement is counted against, where bodies meet (kind `matrices`).
     pub against: Option<Vec<Counted>>,
     /// The displacements along the obstacle, as rows of the matrices, one a contact displacement (kind `matrices`).
@@ -137,6 +141,14 @@ pub(super) struct Table {
     /// In its place: the part where conditions hold.
     #[schemars(extend("examples" = ["x > 0.9", "0.2 < y < 0.5 and x > 0"]))]
     r#where: Option<String>,
+    /// In its place: chosen nodes of the edge or group, by their numbers in the file of the mesh (of bars and plates by those in results, from 0). Contact there has no area: what is
+    /// called pressure is a force at each. With nodal reactions and a constant mass, which are then the defaults. Of bodies from matrices, in place of `displacements`: nodes by
+    /// their names, or a set of `body.deck`.
+    #[schemars(extend("examples" = [[12, 17], "TIP"]))]
+    nodes: Option<NodesKey>,
+    /// Bodies from matrices with `nodes`: where the obstacle is, `x`, `y`, `z`, with a minus the other way; contact displacements are positive towards it.
+    #[schemars(extend("examples" = ["x", "-z"]))]
+    direction: Option<String>,
     /// A pair of surfaces, in place of `edge` or `group`: the group whose nodes are contact nodes, the coarser one, or the one that the other covers.
     #[schemars(extend("examples" = ["block-foot"]))]
     slave: Option<String>,
@@ -295,7 +307,7 @@ impl Tables {
         }
         let obstacle = |(k, t): (usize, &Table)| {
             let (group, meeting) = self.faces(kind, k, t)?;
-            let portion = self.portion(k, t)?.map(|portion| (group.clone(), portion));
+            let portion = self.portion(kind, k, t)?.map(|portion| (group.clone(), portion));
             let group = portion.as_ref().map_or(group, |(group, portion)| portion.name(group));
             let (gap, swings) = match &t.gap {
                 Some(GapKey::Given(given)) => (Some(given.still.clone()), given.swings.clone()),
@@ -325,6 +337,11 @@ impl Tables {
             is_list: self.is_list,
             gaps: self.one("gaps", |t| &t.gaps)?,
             displacements: self.one("displacements", |t| &t.displacements)?,
+            nodes: match kind {
+                BodyKind::Matrices => self.one("nodes", |t| &t.nodes)?,
+                _ => None,
+            },
+            direction: self.one("direction", |t| &t.direction)?,
             against: self.one("against", |t| &t.against)?,
             tangents: self.one("tangents", |t| &t.tangents)?,
             tangents_against: self.one("tangents_against", |t| &t.tangents_against)?,
@@ -350,10 +367,20 @@ impl Tables {
     }
 
     /// The part of its edge or group that a table is about.
-    fn portion(&self, k: usize, t: &Table) -> Result<Option<Portion>, Issue> {
+    fn portion(&self, kind: BodyKind, k: usize, t: &Table) -> Result<Option<Portion>, Issue> {
+        let nodes = match &t.nodes {
+            Some(NodesKey::Numbers(nodes)) if kind != BodyKind::Matrices => Some(nodes.clone()),
+            Some(NodesKey::Set(set)) if kind != BodyKind::Matrices => {
+                let message = format!("\"{set}\" is a name, and the numbers of nodes are wanted");
+                let help = "nodes = [12, 17]; a set of a deck is a group of sides: group = \"…\"";
+                return Err(Issue::new(self.key(k, "nodes"), message, help));
+            }
+            _ => None,
+        };
         let given = [
             ("from", t.from.map(Portion::From)),
             ("box", t.r#box.clone().map(Portion::Box)),
+            ("nodes", nodes.map(Portion::Nodes)),
             (
                 "where",
                 match &t.r#where {
@@ -492,11 +519,39 @@ pub struct Motion {
 impl Contact {
     /// Whether the pressure is the nodal reaction.
     pub(crate) fn is_reaction(&self) -> bool {
-        let rubs =
-            (self.has_friction() || self.has_pairs() || self.swings()) && self.stress.is_none();
+        let by_forces = self.has_friction()
+            || self.has_pairs()
+            || self.swings()
+            || self.at_nodes().is_some()
+            || self.nodes.is_some();
         self.method == ContactMethod::MassRedistribution
             || self.stress == Some(StressKey::Reaction)
-            || rubs
+            || by_forces && self.stress.is_none()
+    }
+
+    /// The first obstacle before chosen nodes.
+    pub fn at_nodes(&self) -> Option<usize> {
+        let chosen = |o: &Obstacle| matches!(o.portion, Some((_, Portion::Nodes(_))));
+        self.obstacles.iter().position(chosen)
+    }
+
+    /// Whether contact displacements of matrices were given by nodes.
+    pub fn by_nodes(&self) -> bool {
+        self.nodes.is_some()
+    }
+
+    /// What contact at chosen nodes goes with.
+    fn check_nodes(&self) -> Check {
+        let Some(k) = self.at_nodes() else { return Ok(()) };
+        let knows =
+            matches!(self.method, ContactMethod::NodalBoundary | ContactMethod::MassRedistribution);
+        if knows && self.is_reaction() {
+            return Ok(());
+        }
+        let message =
+            "has no area, and this method or stress reads pressures: nodal reactions are forces";
+        let help = "remove method and stress (their defaults are then \"nbm\" and \"reaction\"), or give method = \"mass-redistribution\"";
+        Err(Issue::new(self.key(k, "nodes"), message, help))
     }
 
     /// Whether a gap moves from place to place.
@@ -700,6 +755,7 @@ impl Scene {
         let Some(c) = &self.contact else { return Ok(()) };
         c.check_method()?;
         c.check_swings()?;
+        c.check_nodes()?;
         c.check_friction(self.body.kind)?;
         c.check_pairs()?;
         if self.body.kind == BodyKind::Matrices {
@@ -708,6 +764,7 @@ impl Scene {
         for (key, given) in [
             ("gaps", c.gaps.is_some()),
             ("displacements", c.displacements.is_some()),
+            ("direction", c.direction.is_some()),
             ("against", c.against.is_some()),
             ("tangents", c.tangents.is_some()),
             ("tangents_against", c.tangents_against.is_some()),
@@ -786,7 +843,7 @@ impl Scene {
             return issue(
                 "displacements",
                 "is missing",
-                "displacements = [66, 67], rows of the matrices counted from 0",
+                "displacements = [66, 67], rows of the matrices counted from 0; or nodes and direction",
             );
         }
         match (c.gap(), &c.gaps) {
@@ -795,6 +852,7 @@ impl Scene {
                 let message = "moves in time, and a body from matrices has no places";
                 return issue("gap", message, "give a number, and [[load]] on the contact rows");
             }
+            (Some(Field::Expression { .. }), None) if self.body.deck.is_some() => {}
             (given, list) => {
                 let count = c.displacements.as_ref().map_or(1, Vec::len);
                 let example = format!(
@@ -803,7 +861,9 @@ impl Scene {
                 );
                 let message = match (given, list) {
                     (Some(_), Some(_)) => "stands beside gaps: one of them is enough",
-                    (Some(_), None) => "is an expression, and a body from matrices has no places",
+                    (Some(_), None) => {
+                        "is an expression, and a body from matrices has no places without body.deck"
+                    }
                     _ => "is missing",
                 };
                 return Err(Issue::new(c.key(0, "gap"), message, example));

@@ -101,6 +101,11 @@ macro_rules! table {
                 }
             }
 
+            /// The rows of given matrices that it names.
+            fn rows_mut(&mut self) -> impl Iterator<Item = &mut usize> {
+                [&mut self.row, &mut self.to_row].into_iter().flatten()
+            }
+
             fn check_ends(&self, scene: &Scene, table: &str) -> Check {
                 let Self { edge, group, at, row, to, to_at, to_row, .. } = self;
                 let first = [edge.is_some() || group.is_some(), at.is_some(), row.is_some()];
@@ -318,6 +323,16 @@ impl Scene {
         let sliders = sliders.map(|(i, e)| (format!("slider[{i}]"), e.ends()));
         let iwans = self.iwans.iter().enumerate();
         let iwans = iwans.map(|(i, e)| (format!("iwan[{i}]"), e.ends()));
+        springs.chain(dampers).chain(masses).chain(sliders).chain(iwans)
+    }
+
+    /// The rows of given matrices at which all elements are.
+    pub(super) fn rows_of_elements(&mut self) -> impl Iterator<Item = &mut usize> {
+        let springs = self.springs.iter_mut().flat_map(Spring::rows_mut);
+        let dampers = self.dampers.iter_mut().flat_map(Damper::rows_mut);
+        let masses = self.masses.iter_mut().flat_map(Mass::rows_mut);
+        let sliders = self.sliders.iter_mut().flat_map(Slider::rows_mut);
+        let iwans = self.iwans.iter_mut().flat_map(Iwan::rows_mut);
         springs.chain(dampers).chain(masses).chain(sliders).chain(iwans)
     }
 

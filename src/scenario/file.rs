@@ -39,7 +39,10 @@ impl Scene {
         let matrices = matrices.filter(|(_, name)| self.attached.get(name).is_none());
         let path = |p: &PathBuf| p.display().to_string();
         let bodies = self.bodies().into_iter().map(|(key, b)| (format!("{key}.file"), &b.file));
-        let others = bodies.chain([("initial.file".to_owned(), &self.initial.file)]);
+        let others = bodies.chain([
+            ("body.deck".to_owned(), &self.body.deck),
+            ("initial.file".to_owned(), &self.initial.file),
+        ]);
         let others = others.filter_map(|(key, p)| Some((key, path(p.as_ref()?))));
         let loads = self.loads.iter().enumerate();
         let tables =

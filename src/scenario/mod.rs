@@ -22,6 +22,7 @@ mod matrices;
 mod meeting;
 mod method;
 mod names;
+mod nodes;
 mod number;
 mod orbit;
 mod pair;
@@ -32,6 +33,7 @@ mod reduction;
 mod run;
 mod schema;
 mod side;
+mod superelement;
 mod support;
 mod swing;
 
@@ -70,12 +72,14 @@ pub use method::{ContactMethod, Inertia};
 pub use names::{RowNames, names_beside};
 pub(crate) use orbit::Beta;
 pub use orbit::{Auto, Orbit};
+pub(crate) use portion::Portion;
 pub use probe::Probe;
 pub use reduction::{Reduction, ReductionKind};
 pub use run::{Integrator, Run};
 pub(crate) use run::{Precision, Store};
 pub(crate) use schema::schema_of;
 pub(crate) use side::BodyKind;
+pub use superelement::Superelement;
 pub use support::Direction;
 pub(crate) use support::Support;
 pub use swing::{Swings, Wave};
@@ -139,7 +143,8 @@ pub struct Scene {
     pub run: Option<Run>,
     /// What `orbit`, `backbone` and `response` do; their options go before.
     pub orbit: Option<Orbit>,
-    /// Modes of `u_O` in place of all displacements: exactly one of `modes`, `cutoff`. Not for bodies from matrices, `mass = "optimal"`, impact laws, `waves`.
+    /// Modes of `u_O` in place of all displacements: exactly one of `modes`, `cutoff`. Not for `mass = "optimal"`, impact laws, `waves`. Of bodies from matrices `kind = "free-interface"` with
+    /// `modes`: modes of the matrices as they are, and displacements without mass of the rows that the scene names; the way for superelements with fixed-interface modes.
     pub reduction: Option<Reduction>,
     /// Where the scene was read from.
     #[serde(skip)]
@@ -190,6 +195,8 @@ impl Scene {
         (scene.body, scene.parts) = bodies.map_err(|issue| scene.error(issue))?;
         let merged = std::mem::take(&mut scene.tables).merge(scene.body.kind);
         scene.contact = merged.map_err(|issue| scene.error(issue))?;
+        scene.take_nodes().map_err(|issue| scene.error(issue))?;
+        scene.take_superelement().map_err(|issue| scene.error(issue))?;
         scene.check().map_err(|issue| scene.error(issue))?;
         Ok(scene)
     }

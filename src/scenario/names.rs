@@ -8,10 +8,11 @@ use std::path::Path;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use toml::de::{DeTable, DeValue};
 
-use super::{FileName, Issue};
+use super::{FileName, Issue, Superelement};
 use crate::fem::formats::{
     DofName, may_have_names, parse_dof_names, parse_mapping, parse_name, read_matrix,
 };
+use crate::mesh::Point;
 
 /// A row as a scene may call it; for the schema alone.
 pub(super) struct Row;
@@ -37,8 +38,52 @@ pub struct RowNames {
     pub held: Vec<DofName>,
     /// Rows that count the other way: contact displacements whose names have a minus.
     pub flipped: Vec<usize>,
+    /// Why nobody says.
+    pub(super) unnamed: Option<String>,
+    /// What stays of them, where modes stand for all others: `names` are those of the files.
+    pub superelement: Option<Superelement>,
+    /// Where the nodes of its rows are, for those that a deck knows.
+    pub places: HashMap<usize, Point>,
     /// Names that stand in the scene and are not known, as where a stored scene is read without the files beside it.
     pub missing: Option<Issue>,
+}
+
+impl RowNames {
+    /// The name of a row of the body.
+    pub fn name(&self, row: usize) -> Option<&DofName> {
+        let of_file = match &self.superelement {
+            None => row,
+            Some(kept) => *kept.rows.get(row)?,
+        };
+        self.names.get(of_file)
+    }
+
+    /// Whether rows of the body are called by more than their places in the files.
+    pub fn has_labels(&self) -> bool {
+        !self.names.is_empty() || self.superelement.is_some()
+    }
+
+    /// What a row of the body is called: by its name, else by its number in the files.
+    pub fn label(&self, row: usize) -> String {
+        let of_file =
+            |row: usize| self.names.get(row).map_or_else(|| row.to_string(), DofName::to_string);
+        match &self.superelement {
+            None => of_file(row),
+            Some(kept) => match kept.rows.get(row) {
+                Some(row) => of_file(*row),
+                None => format!("mode.{}", row + 1 - kept.rows.len()),
+            },
+        }
+    }
+
+    /// What all rows are called; nothing where they have numbers alone.
+    pub fn labels(&self) -> Vec<String> {
+        let count = match &self.superelement {
+            None => self.names.len(),
+            Some(kept) => kept.rows.len() + kept.modes,
+        };
+        (0..count).map(|row| self.label(row)).collect()
+    }
 }
 
 /// Endings of files of names beside a matrix.
@@ -62,6 +107,9 @@ const ROWS: [(&str, &str); 14] = [
     ("iwan", "to_row"),
 ];
 
+/// What helps where rows have no names.
+pub(super) const NAME_THEM: &str = "give rows, counted from 0; or put the names beside the matrices: .dof of CalculiX, .mapping of Ansys, MATRIX INPUT of Abaqus";
+
 /// The text with numbers in place of names, and what is known of them; an issue where a name is none.
 pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), Issue> {
     let same = || (text.to_owned(), RowNames::default());
@@ -82,7 +130,8 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
         Err(_) => HashMap::new(),
     };
     let known_names = names.clone().unwrap_or_default();
-    let mut found = RowNames { names: known_names, held, ..RowNames::default() };
+    let unnamed = names.as_ref().err().cloned();
+    let mut found = RowNames { names: known_names, held, unnamed, ..RowNames::default() };
     let mut out = text.to_owned();
     let mut placed: Vec<(std::ops::Range<usize>, String)> = vec![];
     for (table, key) in ROWS {
@@ -101,9 +150,8 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
                 (Some(row), _) => *row,
                 (None, Ok(names)) => return Err(unknown(place, name, names)),
                 (None, Err(why)) => {
-                    let help = "give rows, counted from 0; or put the names beside the matrices: .dof of CalculiX, .mapping of Ansys, MATRIX INPUT of Abaqus";
                     let message = format!("\"{word}\" is the name of no row: {why}");
-                    found.missing.get_or_insert(Issue::new(place, message, help));
+                    found.missing.get_or_insert(Issue::new(place, message, NAME_THEM));
                     // any number that no other name has
                     placed.len()
                 }
@@ -186,7 +234,7 @@ fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), S
 }
 
 /// A name that is none, with what there is.
-fn unknown(place: String, word: &str, names: &[DofName]) -> Issue {
+pub(super) fn unknown(place: String, word: &str, names: &[DofName]) -> Issue {
     let message = format!("no row is called \"{word}\"");
     let mut nodes: Vec<&str> = names.iter().map(|n| n.node.as_str()).collect();
     nodes.sort_by_key(|n| (n.parse::<i64>().unwrap_or(i64::MAX), *n));

@@ -1,10 +1,10 @@
-//! Contact on a part of an edge or a group: `from`, `box`, `where`.
+//! Contact on a part of an edge or a group: `from`, `box`, `where`; at chosen nodes of it: `nodes`.
 
 use super::number::{Check, finite, length};
 use super::{BodyKind, Field, Issue, Scene};
 use crate::mesh::Point;
 
-/// Which sides of a group an obstacle faces: those whose middle lies there.
+/// Which sides of a group an obstacle faces: those whose middle lies there. Or which of its nodes.
 #[derive(Debug, Clone)]
 pub enum Portion {
     /// Between two shares of the length of the group, from its beginning.
@@ -18,7 +18,12 @@ pub enum Portion {
         /// Expressions, each less than the next, or at most that.
         chains: Vec<Vec<Field>>,
     },
+    /// At nodes, by their numbers in the file of the mesh, of generated bodies from 0: without an area.
+    Nodes(Vec<i64>),
 }
+
+/// So many nodes are written out in a name.
+const WRITTEN: usize = 4;
 
 /// Words between conditions that all hold.
 const AND: &str = " and ";
@@ -52,6 +57,12 @@ impl Portion {
             Portion::From([a, b]) => format!("{group} from {a} to {b}"),
             Portion::Box([low, high]) => format!("{group} in {low:?} to {high:?}"),
             Portion::Where { text, .. } => format!("{group} where {text}"),
+            Portion::Nodes(nodes) => {
+                let first = nodes.iter().take(WRITTEN).map(i64::to_string).collect::<Vec<_>>();
+                let rest = nodes.len() - first.len();
+                let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+                format!("{group} at {}{more}", first.join(", "))
+            }
         }
     }
 
@@ -61,6 +72,7 @@ impl Portion {
             Portion::From(_) => "from",
             Portion::Box(_) => "box",
             Portion::Where { .. } => "where",
+            Portion::Nodes(_) => "nodes",
         }
     }
 
@@ -76,6 +88,7 @@ impl Portion {
                 let values: Vec<f64> = chain.iter().map(|f| f.at(middle)).collect();
                 values.windows(2).all(|w| w[0] <= w[1])
             }),
+            Portion::Nodes(_) => false,
         }
     }
 
@@ -115,6 +128,19 @@ impl Portion {
                         "give a condition on x and y",
                     ),
                     false => Ok(()),
+                }
+            }
+            Portion::Nodes(nodes) if nodes.is_empty() => {
+                issue("names no node", "nodes = [12, 17], or remove the key")
+            }
+            Portion::Nodes(nodes) => {
+                match nodes.iter().enumerate().find(|(k, n)| nodes[..*k].contains(n)) {
+                    None => Ok(()),
+                    Some((_, twice)) => Err(Issue::new(
+                        key("nodes"),
+                        format!("names {twice} twice"),
+                        "give it once",
+                    )),
                 }
             }
         }

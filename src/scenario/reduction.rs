@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::number::{Check, positive};
-use super::{BodyKind, Issue, Scene};
+use super::{Issue, Scene};
 
 /// Which modes a reduction keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
@@ -34,13 +34,6 @@ pub struct Reduction {
 impl Scene {
     pub(super) fn check_reduction(&self) -> Check {
         let Some(r) = &self.reduction else { return Ok(()) };
-        if self.body.kind == BodyKind::Matrices {
-            return Err(Issue::new(
-                "reduction",
-                "is for bodies of elements",
-                "take the body as a mesh (kind = \"mesh\"; decks .inp are meshes), or leave [reduction] out",
-            ));
-        }
         match (r.modes, r.cutoff) {
             (Some(0), None) => {
                 Err(Issue::new("reduction.modes", "needs at least one", "modes = 60"))

@@ -34,8 +34,8 @@ pub(super) fn create_file(
     write_origin(&file, scene, &options.command)?;
     write_mesh(&file, system)?;
     write_swings(&file, system)?;
-    if !scene.rows.names.is_empty() {
-        let names: Vec<String> = scene.rows.names.iter().map(ToString::to_string).collect();
+    let names = scene.rows.labels();
+    if !names.is_empty() {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         words(&file.group("mesh")?, "row_names", &names)?;
     }

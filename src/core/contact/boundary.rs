@@ -216,7 +216,7 @@ pub(super) fn quadrature(body: &Body) -> Vec<EdgePoint<'_>> {
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Area that belongs to each contact point: row sums of `G`. On faces whose shape functions have integrals that are not all positive (second order
-/// without a node in the middle) the area of the face is shared out by `∫ P²`.
+/// without a node in the middle) the area of the face is shared out by `∫ P²`. At chosen nodes there are forces and no pressures: it is one.
 pub(super) fn areas(body: &Body) -> Vec<f64> {
     let mut area = vec![0.0; body.dofs.contact.len()];
     let mut add = |point: &EdgePoint, node: usize, share: f64| {
@@ -238,6 +238,12 @@ pub(super) fn areas(body: &Body) -> Vec<f64> {
         }
     }
     of_pairs(&body.dofs, &mut area);
+    for (area, point) in area.iter_mut().zip(&body.dofs.contact) {
+        let group = body.dofs.facing.get(point.group).map_or("", |f| f.group.as_str());
+        if body.mesh.chosen(group).is_some() {
+            *area = 1.0;
+        }
+    }
     area
 }
 

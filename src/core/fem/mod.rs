@@ -29,6 +29,7 @@ pub(crate) mod sparse;
 pub(crate) mod spline;
 #[doc(hidden)]
 pub mod stress;
+mod superelement;
 
 pub use body::{Body, Origin};
 pub use carried::Carried;
@@ -51,6 +52,7 @@ pub use reduction::{Interface, Kept, Reduction};
 pub(crate) use sparse::blocks;
 pub use sparse::{Csr, SolveScratch, SpdFactor};
 pub use spline::Spline;
+pub use superelement::{SuperelementError, free_interface_form};
 
 use thiserror::Error;
 

@@ -29,7 +29,8 @@ pub(super) fn nodes_of(mesh: &Mesh, group: &str) -> Vec<GroupNode> {
         for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
             let n = point.normal;
             for (&local, p) in element.kind.side(facet.side).iter().zip(&point.values) {
-                let of_node = &mut nodes[place[&element.nodes[local]]];
+                let Some(&k) = place.get(&element.nodes[local]) else { continue };
+                let of_node = &mut nodes[k];
                 let weight = if bears { *p } else { p * p };
                 (0..3).for_each(|c| of_node.normal[c] += weight * point.area * n[c]);
                 of_node.sides.push(n);

@@ -6,18 +6,21 @@
 //! | `*ELSET`, `ELSET=` of elements | groups of cells, for `[[material]] group` |
 //! | `*NSET`, `NSET=` of nodes | groups of sides: the sides of the boundary all of whose nodes are in the set |
 //! | `*SURFACE, TYPE=ELEMENT` | groups of sides |
+//! | `*PART`, `*INSTANCE`, `*TIE` | one body: see [`super::assembly`] |
 //!
-//! Materials, supports and loads are those of the scene. What bears forces and is no element of a mesh (ties, equations, springs, shells, beams) is refused by its
+//! Materials, supports and loads are those of the scene. What bears forces and is no element of a mesh (equations, springs, shells, beams) is refused by its
 //! name; all else is passed over, everything from the first `*STEP` on too.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
+use super::assembly::{Assembly, Face, Instance, Member, Part, Tie, error};
 use super::fortran::real;
-use super::gmsh::{Cell, File, GmshError, Type, types};
+use super::gmsh::{File, GmshError, types};
+use super::listed::{Listed, ordered};
 use super::{ElementKind, Point};
 
 /// Keywords that change what the body does.
-const MECHANICS: [&str; 21] = [
+const MECHANICS: [&str; 20] = [
     "EQUATION",
     "MPC",
     "RIGID BODY",
@@ -33,7 +36,6 @@ const MECHANICS: [&str; 21] = [
     "SHELL SECTION",
     "BEAM SECTION",
     "MEMBRANE SECTION",
-    "TIE",
     "ORIENTATION",
     "PRE-TENSION SECTION",
     "CYCLIC SYMMETRY MODEL",
@@ -48,10 +50,6 @@ pub fn is_deck(bytes: &[u8]) -> bool {
     first.is_some_and(|l| {
         l.strip_prefix('*').is_some_and(|k| k.starts_with(|c: char| c.is_ascii_alphabetic()))
     })
-}
-
-fn error(line: usize, message: impl Into<String>, help: &str) -> GmshError {
-    GmshError { line, section: String::new(), message: message.into(), help: help.into() }
 }
 
 /// A keyword line with its parameters.
@@ -111,98 +109,62 @@ fn kind_of(name: &str) -> Option<ElementKind> {
     })
 }
 
-/// Nodes of a deck's element in the order of this program: decks have the order of VTK.
-fn ordered(kind: ElementKind, own: &[usize]) -> Vec<usize> {
-    let places: Vec<usize> = (0..kind.nodes()).collect();
-    let mut nodes = vec![0; kind.nodes()];
-    for (of_deck, place) in kind.ordered(&places).into_iter().enumerate() {
-        nodes[place as usize] = own[of_deck];
-    }
-    nodes
+/// Where lines belong.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+enum Scope {
+    /// To no part.
+    #[default]
+    Whole,
+    Part(usize),
+    Assembly,
+    Instance(usize),
 }
 
-/// Corners of the faces that decks call S1, S2, …, from 1.
-fn faces(kind: ElementKind) -> &'static [&'static [usize]] {
-    match (kind.dim(), kind.corners()) {
-        (2, 3) => &[&[1, 2], &[2, 3], &[3, 1]],
-        (2, _) => &[&[1, 2], &[2, 3], &[3, 4], &[4, 1]],
-        (_, 4) => &[&[1, 2, 3], &[1, 4, 2], &[2, 4, 3], &[3, 4, 1]],
-        (_, 6) => &[&[1, 2, 3], &[4, 6, 5], &[1, 2, 5, 4], &[2, 3, 6, 5], &[3, 1, 4, 6]],
-        _ => &[
-            &[1, 2, 3, 4],
-            &[5, 8, 7, 6],
-            &[1, 5, 6, 2],
-            &[2, 6, 7, 3],
-            &[3, 7, 8, 4],
-            &[4, 8, 5, 1],
-        ],
-    }
-}
-
-/// A member of a set: a number or another set.
-#[derive(Debug, Clone)]
-enum Member {
-    Number(i64),
-    Set(String),
-}
-
-/// A face of a surface: its line, an element or set, the number behind S.
-type Face = (usize, Member, usize);
-
-/// Sets by name, in the order in which they came.
-#[derive(Debug, Default)]
-struct Sets(Vec<(String, Vec<Member>)>);
-
-impl Sets {
-    fn add(&mut self, name: &str, members: impl IntoIterator<Item = Member>) {
-        match self.0.iter_mut().find(|s| s.0.eq_ignore_ascii_case(name)) {
-            Some(set) => set.1.extend(members),
-            None => self.0.push((name.to_owned(), members.into_iter().collect())),
-        }
-    }
-
-    /// All numbers of a set; sets within sets, each once.
-    fn numbers(&self, name: &str) -> HashSet<i64> {
-        let (mut found, mut open, mut known) =
-            (HashSet::new(), vec![name.to_owned()], HashSet::new());
-        while let Some(next) = open.pop() {
-            if !known.insert(next.to_ascii_uppercase()) {
-                continue;
-            }
-            for member in
-                self.0.iter().filter(|s| s.0.eq_ignore_ascii_case(&next)).flat_map(|s| &s.1)
-            {
-                match member {
-                    Member::Number(n) => {
-                        found.insert(*n);
-                    }
-                    Member::Set(name) => open.push(name.clone()),
-                }
-            }
-        }
-        found
-    }
-}
-
-/// What a deck says of the mesh.
+/// A deck that is being read.
 #[derive(Debug, Default)]
 struct Deck {
-    nodes: Vec<(i64, Point)>,
-    place: HashMap<i64, usize>,
-    elements: Vec<(i64, ElementKind, Vec<usize>)>,
-    node_sets: Sets,
-    element_sets: Sets,
-    /// Surfaces: element or set, and its face.
-    surfaces: Vec<(String, Vec<Face>)>,
-    parts: usize,
-    instances: usize,
+    all: Assembly,
+    scope: Scope,
+    /// Lines of data of the instance so far.
+    lines: usize,
+    /// Nothing but nodes and their sets is read.
+    only_nodes: bool,
+}
+
+/// The nodes of a deck and their sets, whatever else it has.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Places {
+    /// Numbers and places.
+    pub nodes: Vec<(i64, Point)>,
+    /// Names of sets, and the numbers of their nodes, ascending.
+    pub sets: Vec<(String, Vec<i64>)>,
+}
+
+/// Read the nodes of a deck alone: beside matrices, which know everything else.
+pub fn places(bytes: &[u8]) -> Result<Places, GmshError> {
+    let all = parsed(bytes, true)?.part()?;
+    if all.nodes.is_empty() {
+        return Err(error(0, "has no nodes", "give a deck with *NODE"));
+    }
+    let of_set = |(name, _): &(String, Vec<Member>)| {
+        let mut numbers: Vec<i64> = all.node_sets.numbers(name).into_iter().collect();
+        numbers.sort_unstable();
+        (name.clone(), numbers)
+    };
+    let sets = all.node_sets.0.iter().map(of_set).collect();
+    Ok(Places { sets, nodes: all.nodes })
 }
 
 /// Read a deck.
 pub fn read(bytes: &[u8]) -> Result<File, GmshError> {
+    file(&parsed(bytes, false)?.part()?)
+}
+
+/// What a deck says up to its first step.
+fn parsed(bytes: &[u8], only_nodes: bool) -> Result<Assembly, GmshError> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| error(0, "is no text in UTF-8", "save the deck as plain text"))?;
-    let mut deck = Deck::default();
+    let mut deck = Deck { only_nodes, ..Deck::default() };
     let mut keyword = Keyword::default();
     // an element, or a list, goes on while its line ends in a comma or it lacks nodes
     let mut element: Vec<i64> = vec![];
@@ -233,7 +195,7 @@ pub fn read(bytes: &[u8]) -> Result<File, GmshError> {
     if !element.is_empty() {
         return Err(short(&keyword, element[0]));
     }
-    deck.file()
+    Ok(deck.all)
 }
 
 fn short(keyword: &Keyword, element: i64) -> GmshError {
@@ -247,7 +209,7 @@ fn short(keyword: &Keyword, element: i64) -> GmshError {
 impl Deck {
     fn begin(&mut self, keyword: &Keyword) -> Result<(), GmshError> {
         let name = keyword.name.as_str();
-        if MECHANICS.contains(&name) {
+        if MECHANICS.contains(&name) && (!self.only_nodes || name == "INCLUDE") {
             let (what, help) = match name {
                 "INCLUDE" => ("names another file", "put its lines into the deck"),
                 "SHELL SECTION" | "BEAM SECTION" | "MEMBRANE SECTION" => (
@@ -262,8 +224,15 @@ impl Deck {
             return Err(error(keyword.line, format!("*{name} {what}"), help));
         }
         match name {
-            "PART" => self.parts += 1,
-            "INSTANCE" => self.instances += 1,
+            "PART" => {
+                let name = keyword.get("NAME").unwrap_or_default().to_owned();
+                self.scope = Scope::Part(self.all.parts.len());
+                self.all.parts.push((name, Part::default()));
+            }
+            "ASSEMBLY" | "END INSTANCE" => self.scope = Scope::Assembly,
+            "END PART" | "END ASSEMBLY" => self.scope = Scope::Whole,
+            "INSTANCE" => self.instance(keyword)?,
+            _ if self.only_nodes => {}
             "ELEMENT" => {
                 let of = keyword.get("TYPE").unwrap_or_default().to_ascii_uppercase();
                 if kind_of(&of).is_none() {
@@ -276,17 +245,74 @@ impl Deck {
                 let of = keyword.get("TYPE").unwrap_or("ELEMENT").to_ascii_uppercase();
                 let name = keyword.get("NAME").unwrap_or_default().to_owned();
                 if of == "ELEMENT" {
-                    self.surfaces.push((name, vec![]));
+                    self.here().surfaces.push((name, vec![]));
                 }
             }
             _ => {}
         }
-        if self.parts > 1 || self.instances > 1 {
-            let message = "has several parts or instances";
-            let help = "write it flat (Abaqus: \"Do not use parts and assemblies in input files\"), or each body in a deck of its own as [[body]]";
-            return Err(error(keyword.line, message, help));
+        Ok(())
+    }
+
+    /// An instance begins: a copy of its part, which may have nodes of its own.
+    fn instance(&mut self, keyword: &Keyword) -> Result<(), GmshError> {
+        let name = keyword.get("NAME").unwrap_or_default().to_owned();
+        let of = keyword.get("PART").unwrap_or_default();
+        let found = self.all.parts.iter().find(|p| p.0.eq_ignore_ascii_case(of));
+        let Some((_, part)) = found else {
+            let message = format!("*INSTANCE of the part \"{of}\", which the deck does not have");
+            return Err(error(keyword.line, message, "write the part before its instance"));
+        };
+        let instance = Instance { name, part: part.clone(), ..Instance::default() };
+        self.scope = Scope::Instance(self.all.instances.len());
+        self.lines = 0;
+        self.all.instances.push(instance);
+        Ok(())
+    }
+
+    /// What lines belong to.
+    fn here(&mut self) -> &mut Part {
+        match self.scope {
+            Scope::Part(k) => &mut self.all.parts[k].1,
+            Scope::Instance(k) => &mut self.all.instances[k].part,
+            Scope::Whole | Scope::Assembly => &mut self.all.whole,
+        }
+    }
+
+    /// How an instance is moved, in its first line, and turned, in its second.
+    fn placed(&mut self, k: usize, (line, words): (usize, &[&str])) -> Result<(), GmshError> {
+        let numbers: Option<Vec<f64>> = words.iter().map(|w| real(w)).collect();
+        let instance = &mut self.all.instances[k];
+        self.lines += 1;
+        match (self.lines, numbers.as_deref()) {
+            (1, Some(&[x, y])) => instance.shift = [x, y, 0.0],
+            (1, Some(&[x, y, z])) => instance.shift = [x, y, z],
+            (2, Some(&[a, b, c, d, e, f, angle])) if [a, b, c] != [d, e, f] => {
+                instance.turn = Some(([[a, b, c], [d, e, f]], angle));
+            }
+            _ => {
+                let message =
+                    "says no place of an instance: a translation, then an axis and an angle";
+                return Err(error(line, message, "write the deck anew"));
+            }
         }
         Ok(())
+    }
+
+    /// A member of a set: a number, or the name of a set. In an assembly it may be one of an instance, `Arm-1.12`.
+    fn member(&self, word: &str, instance: Option<&str>) -> Member {
+        let own = word.trim_matches('"');
+        let named =
+            |name: &str| self.all.instances.iter().position(|i| i.name.eq_ignore_ascii_case(name));
+        match (own.parse(), own.rsplit_once('.'), instance.and_then(named)) {
+            (Ok(n), _, Some(k)) => Member::In(k, n),
+            (Ok(n), _, None) => Member::Number(n),
+            (Err(_), Some((of, n)), _) if n.parse::<i64>().is_ok() => {
+                let n = n.parse().unwrap_or_default();
+                named(of).map_or(Member::Number(n), |k| Member::In(k, n))
+            }
+            (Err(_), _, Some(k)) => Member::Set(format!("{}.{own}", self.all.instances[k].name)),
+            (Err(_), ..) => Member::Set(own.to_owned()),
+        }
     }
 
     fn data(
@@ -308,8 +334,15 @@ impl Deck {
                 )
             })
         };
-        match keyword.name.as_str() {
-            "NODE" => {
+        let of_nodes = matches!(keyword.name.as_str(), "NODE" | "NSET" | "INSTANCE");
+        if self.only_nodes && !of_nodes {
+            return Ok(());
+        }
+        match (keyword.name.as_str(), self.scope) {
+            ("INSTANCE", Scope::Instance(k)) => self.placed(k, (line, &words))?,
+            // points of reference
+            ("NODE", Scope::Assembly) => {}
+            ("NODE", _) => {
                 let tag = whole(words[0])?;
                 let mut place = [0.0; 3];
                 for (x, w) in place.iter_mut().zip(&words[1..]) {
@@ -324,19 +357,20 @@ impl Deck {
                         "write the deck anew",
                     ));
                 }
-                if self.place.insert(tag, self.nodes.len()).is_some() {
+                let part = self.here();
+                if part.place.insert(tag, part.nodes.len()).is_some() {
                     return Err(error(
                         line,
                         format!("node {tag} stands there twice"),
                         "number nodes once",
                     ));
                 }
-                self.nodes.push((tag, place));
+                part.nodes.push((tag, place));
                 if let Some(set) = keyword.get("NSET") {
-                    self.node_sets.add(set, [Member::Number(tag)]);
+                    part.node_sets.add(set, [Member::Number(tag)]);
                 }
             }
-            "ELEMENT" => {
+            ("ELEMENT", _) => {
                 let of = keyword.get("TYPE").unwrap_or_default().to_ascii_uppercase();
                 let Some(kind) = kind_of(&of) else { return Ok(()) };
                 for w in &words {
@@ -355,8 +389,9 @@ impl Deck {
                     );
                     return Err(error(line, message, "write the deck anew"));
                 }
+                let part = self.here();
                 let place = |n: &i64| {
-                    self.place.get(n).copied().ok_or_else(|| {
+                    part.place.get(n).copied().ok_or_else(|| {
                         error(
                             line,
                             format!("element {tag} has node {n}, which the deck does not have"),
@@ -374,12 +409,13 @@ impl Deck {
                         "mesh it with wedges or tetrahedra in its place",
                     ));
                 }
-                self.elements.push((tag, kind, ordered(kind, &nodes)));
+                part.elements.push((tag, kind, ordered(kind, &nodes)));
                 if let Some(set) = keyword.get("ELSET") {
-                    self.element_sets.add(set, [Member::Number(tag)]);
+                    part.element_sets.add(set, [Member::Number(tag)]);
                 }
             }
-            "NSET" | "ELSET" => {
+            ("NSET" | "ELSET", _) => {
+                let instance = keyword.get("INSTANCE");
                 let name = keyword.get(&keyword.name).unwrap_or_default().to_owned();
                 let mut members: Vec<Member> = vec![];
                 if keyword.parameters.iter().any(|p| p.0 == "GENERATE") {
@@ -405,19 +441,18 @@ impl Deck {
                     }
                     let mut n = first;
                     while n <= last {
-                        members.push(Member::Number(n));
+                        members.push(self.member(&n.to_string(), instance));
                         n += step;
                     }
                 } else {
-                    members.extend(words.iter().map(|w| member(w)));
+                    members.extend(words.iter().map(|w| self.member(w, instance)));
                 }
                 match keyword.name.as_str() {
-                    "NSET" => self.node_sets.add(&name, members),
-                    _ => self.element_sets.add(&name, members),
+                    "NSET" => self.here().node_sets.add(&name, members),
+                    _ => self.here().element_sets.add(&name, members),
                 }
             }
-            "SURFACE" => {
-                let Some((_, of)) = self.surfaces.last_mut() else { return Ok(()) };
+            ("SURFACE", _) => {
                 if keyword.get("TYPE").is_some_and(|t| !t.eq_ignore_ascii_case("ELEMENT")) {
                     return Ok(());
                 }
@@ -428,145 +463,60 @@ impl Deck {
                     let message = format!("\"{text}\" is no element or set with a face S1 to S6");
                     return Err(error(line, message, "give the faces of the surface"));
                 };
-                of.push((line, member(words[0]), face));
+                let member = self.member(words[0], keyword.get("INSTANCE"));
+                if let Some((_, of)) = self.here().surfaces.last_mut() {
+                    of.push((line, member, face));
+                }
+            }
+            ("TIE", _) => {
+                let [slave, master] = words[..] else {
+                    let message = "*TIE names two surfaces, the slave and the master";
+                    return Err(error(line, message, "write the deck anew"));
+                };
+                let [slave, master] = [slave, master].map(|w| w.trim_matches('"').to_owned());
+                let tolerance = keyword.get("POSITION TOLERANCE").and_then(real);
+                self.all.ties.push(Tie { line, slave, master, tolerance });
             }
             _ => {}
         }
         Ok(())
     }
-
-    /// The mesh with its groups.
-    fn file(self) -> Result<File, GmshError> {
-        if self.elements.is_empty() {
-            return Err(error(0, "has no elements", "give a deck with *NODE and *ELEMENT"));
-        }
-        let dim = self.elements.iter().map(|e| e.1.dim()).max().unwrap_or(2);
-        let type_of =
-            |kind: ElementKind| -> Option<Type> { types().find(|t| t.number == kind.gmsh().0) };
-        let mut names = BTreeMap::new();
-        let mut cells: Vec<Cell> = vec![];
-        let place_of: HashMap<i64, usize> =
-            self.elements.iter().enumerate().map(|(k, e)| (e.0, k)).collect();
-        if place_of.len() < self.elements.len() {
-            return Err(error(0, "numbers an element twice", "number elements once"));
-        }
-        for (tag, kind, nodes) in &self.elements {
-            let Some(of) = type_of(*kind) else { continue };
-            cells.push(Cell { tag: *tag, of, groups: vec![], nodes: nodes.clone() });
-        }
-        let mut next = 1;
-        for (name, _) in &self.element_sets.0 {
-            let members = self.element_sets.numbers(name);
-            let own: Vec<usize> = members.iter().filter_map(|n| place_of.get(n).copied()).collect();
-            own.iter().for_each(|&k| cells[k].groups.push(next));
-            names.insert((dim, next), name.clone());
-            next += 1;
-        }
-        // sides of the boundary, by their corners
-        let mut owners: HashMap<Vec<usize>, Vec<(usize, usize)>> = HashMap::new();
-        let corners = |(element, side): (usize, usize)| -> Vec<usize> {
-            let (_, kind, nodes) = &self.elements[element];
-            let count = kind.linear().side(side).len();
-            let mut own: Vec<usize> = kind.side(side)[..count].iter().map(|&l| nodes[l]).collect();
-            own.sort_unstable();
-            own
-        };
-        let full = |e: &usize| self.elements[*e].1.dim() == dim;
-        for element in (0..self.elements.len()).filter(full) {
-            for side in 0..self.elements[element].1.sides() {
-                owners.entry(corners((element, side))).or_default().push((element, side));
-            }
-        }
-        let mut boundary: Vec<(usize, usize)> =
-            owners.values().filter(|o| o.len() == 1).map(|o| o[0]).collect();
-        boundary.sort_unstable();
-        let mut groups: Vec<(String, Vec<(usize, usize)>)> = vec![];
-        for (name, _) in &self.node_sets.0 {
-            let set: HashSet<usize> = self
-                .node_sets
-                .numbers(name)
-                .iter()
-                .filter_map(|n| self.place.get(n).copied())
-                .collect();
-            let is_in = |&(element, side): &(usize, usize)| {
-                let (_, kind, nodes) = &self.elements[element];
-                kind.side(side).iter().all(|&l| set.contains(&nodes[l]))
-            };
-            groups.push((name.clone(), boundary.iter().copied().filter(is_in).collect()));
-        }
-        for (name, members) in &self.surfaces {
-            let mut own = vec![];
-            for (line, member, face) in members {
-                let elements: Vec<i64> = match member {
-                    Member::Number(n) => vec![*n],
-                    Member::Set(set) => {
-                        let mut all: Vec<i64> =
-                            self.element_sets.numbers(set).into_iter().collect();
-                        all.sort_unstable();
-                        all
-                    }
-                };
-                for n in elements {
-                    let Some(&element) = place_of.get(&n) else {
-                        return Err(error(
-                            *line,
-                            format!(
-                                "surface \"{name}\" names element {n}, which the deck does not have"
-                            ),
-                            "write the deck anew",
-                        ));
-                    };
-                    let (_, kind, nodes) = &self.elements[element];
-                    let Some(of_face) = faces(*kind).get(face - 1) else {
-                        return Err(error(
-                            *line,
-                            format!("element {n} has no face S{face}"),
-                            "write the deck anew",
-                        ));
-                    };
-                    let mut wanted: Vec<usize> = of_face.iter().map(|&c| nodes[c - 1]).collect();
-                    wanted.sort_unstable();
-                    let side = (0..kind.sides()).find(|&side| corners((element, side)) == wanted);
-                    own.extend(side.map(|side| (element, side)));
-                }
-            }
-            groups.push((name.clone(), own));
-        }
-        let mut tag = self.elements.iter().map(|e| e.0).max().unwrap_or(0);
-        let mut line_types = types().filter(|t| t.dim == 1 && (2..=3).contains(&t.nodes));
-        let lines: Vec<Type> = line_types.by_ref().collect();
-        for (name, sides) in groups {
-            // a name that sets and surfaces share is that of the surface
-            names.retain(|key, own| *own != name || key.0 == dim);
-            for (element, side) in sides {
-                let (_, kind, nodes) = &self.elements[element];
-                let own: Vec<usize> = kind.side(side).iter().map(|&l| nodes[l]).collect();
-                let of = match kind.face(side) {
-                    Some(face) => type_of(face),
-                    None => lines.iter().copied().find(|t| t.nodes == own.len()),
-                };
-                let Some(of) = of else { continue };
-                tag += 1;
-                cells.push(Cell { tag, of, groups: vec![next], nodes: own });
-            }
-            names.insert((dim - 1, next), name);
-            next += 1;
-        }
-        let version = "deck".to_owned();
-        Ok(File { version, nodes: self.nodes, cells, names })
-    }
 }
 
-/// A number, or the name of a set; of one instance its name before the point is left out.
-fn member(word: &str) -> Member {
-    let own = word.trim_matches('"');
-    match own.parse() {
-        Ok(n) => Member::Number(n),
-        Err(_) => match own.rsplit_once('.').and_then(|(_, n)| n.parse().ok()) {
-            Some(n) => Member::Number(n),
-            None => Member::Set(own.to_owned()),
-        },
+/// The mesh with its groups.
+fn file(part: &Part) -> Result<File, GmshError> {
+    if part.elements.is_empty() {
+        return Err(error(0, "has no elements", "give a deck with *NODE and *ELEMENT"));
     }
+    let place_of: HashMap<i64, usize> =
+        part.elements.iter().enumerate().map(|(k, e)| (e.0, k)).collect();
+    if place_of.len() < part.elements.len() {
+        return Err(error(0, "numbers an element twice", "number elements once"));
+    }
+    let of_cells = |(name, _): &(String, Vec<Member>)| {
+        let members = part.element_sets.numbers(name);
+        (name.clone(), members.iter().filter_map(|n| place_of.get(n).copied()).collect())
+    };
+    let of_nodes = |(name, _): &(String, Vec<Member>)| {
+        let numbers = part.node_sets.numbers(name);
+        (name.clone(), numbers.iter().filter_map(|n| part.place.get(n).copied()).collect())
+    };
+    let sides = |(name, faces): &(String, Vec<Face>)| {
+        Ok::<_, GmshError>((name.clone(), part.sides(name, faces)?))
+    };
+    let cell = |(tag, kind, nodes): &(i64, ElementKind, Vec<usize>)| {
+        let of = types().find(|t| t.number == kind.gmsh().0)?;
+        Some((*tag, of, nodes.clone()))
+    };
+    let listed = Listed {
+        version: "deck".to_owned(),
+        nodes: part.nodes.clone(),
+        cells: part.elements.iter().filter_map(cell).collect(),
+        cell_sets: part.element_sets.0.iter().map(of_cells).collect(),
+        node_sets: part.node_sets.0.iter().map(of_nodes).collect(),
+        surfaces: part.surfaces.iter().map(sides).collect::<Result<_, _>>()?,
+    };
+    Ok(listed.file())
 }
 
 #[cfg(test)]
@@ -615,7 +565,10 @@ mod tests {
             ("*Heading", "*Include, input=a.inp", "*INCLUDE names"),
             ("2, 1., 0.", "2, 1., x", "no coordinate"),
             ("2, 1., 0.", "1, 1., 0.", "twice"),
-            ("*Heading", "*PART, NAME=A\n*PART, NAME=B", "several parts"),
+            ("*Heading", "*PART, NAME=A\n*PART, NAME=B", "has 2 parts"),
+            ("*Heading", "*INSTANCE, NAME=A-1, PART=A", "does not have"),
+            ("*STEP", "*TIE, NAME=t\nnose", "two surfaces"),
+            ("*STEP", "*TIE, NAME=t\nnose, tip", "\"tip\""),
         ] {
             let said = read(SQUARE.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
             assert!(said.contains(words), "{from}: {said}");
@@ -624,5 +577,17 @@ mod tests {
         let odd = SQUARE.replacen("*STEP", ",\n*NODE\n,,\n*SURFACE, NAME=x\n,\n*STEP", 1);
         assert!(read(odd.as_bytes()).is_ok());
         assert!(read(b"*NODE\n1, 0, 0\n").unwrap_err().to_string().contains("no elements"));
+    }
+
+    #[test]
+    fn nodes_are_read_beside_what_is_no_mesh() {
+        let text = SQUARE.replacen("*Heading", "*EQUATION\n2\n1,1,1.,2,1,-1.\n*Heading", 1);
+        let text = text.replacen("CPS4R", "S4R", 1);
+        let found = places(text.as_bytes()).unwrap();
+        assert_eq!(found.nodes.len(), 6);
+        assert_eq!(found.nodes[5], (6, [2.0, 1.0, 0.0]));
+        let all = ("ALL".to_owned(), vec![1, 2, 3, 4, 5, 6]);
+        assert_eq!(found.sets, [all, ("wall".to_owned(), vec![1, 4])]);
+        assert!(places(b"*HEADING\n").unwrap_err().to_string().contains("no nodes"));
     }
 }

@@ -4,12 +4,14 @@
 //! the dimension; the displacement has `dim` components. The sides of an element are numbered; where they are lines, a side's nodes run so that a
 //! group of consecutive sides names its nodes in order.
 
+mod assembly;
 #[doc(hidden)]
 pub mod corner;
 pub mod deck;
 pub(crate) mod fortran;
 pub mod gmsh;
 mod kind;
+mod listed;
 mod placed;
 #[doc(hidden)]
 pub mod point;
@@ -17,6 +19,7 @@ pub mod point;
 pub mod reentrant;
 pub mod slender;
 pub mod structured;
+pub mod vtu;
 
 use std::collections::BTreeMap;
 
@@ -117,6 +120,8 @@ pub struct Mesh {
     nodes: Vec<Point>,
     blocks: Vec<Block>,
     groups: BTreeMap<String, Vec<Facet>>,
+    /// Of some groups the nodes that count; of all others every node of their sides does.
+    chosen: BTreeMap<String, Vec<usize>>,
 }
 
 impl Mesh {
@@ -127,7 +132,7 @@ impl Mesh {
         blocks: Vec<Block>,
         groups: BTreeMap<String, Vec<Facet>>,
     ) -> Mesh {
-        Mesh { dim, nodes, blocks, groups }
+        Mesh { dim, nodes, blocks, groups, chosen: BTreeMap::new() }
     }
 
     /// Number of displacement components.
@@ -197,8 +202,22 @@ impl Mesh {
         self.groups.keys().map(String::as_str)
     }
 
+    /// The nodes of a group that alone count, where some were chosen: its sides are all those that they are on.
+    pub fn chosen(&self, name: &str) -> Option<&[usize]> {
+        self.chosen.get(name).map(Vec::as_slice)
+    }
+
     /// The nodes of a group, each once: where sides are lines in their order and from end to end of each, where they are faces by their numbers.
     pub fn group_nodes(&self, name: &str) -> Vec<usize> {
+        let mut nodes = self.nodes_of_sides(name);
+        if let Some(chosen) = self.chosen(name) {
+            nodes.retain(|n| chosen.contains(n));
+        }
+        nodes
+    }
+
+    /// All nodes of the sides of a group, in that order.
+    fn nodes_of_sides(&self, name: &str) -> Vec<usize> {
         let facets = self.group(name);
         if self.dim == 3 {
             let mut nodes: Vec<usize> = facets.iter().flat_map(|&f| self.side_nodes(f)).collect();
@@ -315,6 +334,11 @@ impl Mesh {
     /// The mesh with these groups in place of its own.
     pub fn with_groups(self, groups: impl IntoIterator<Item = (String, Vec<Facet>)>) -> Mesh {
         Mesh { groups: groups.into_iter().collect(), ..self }
+    }
+
+    /// The mesh with groups of which these nodes alone count.
+    pub fn with_chosen(self, chosen: impl IntoIterator<Item = (String, Vec<usize>)>) -> Mesh {
+        Mesh { chosen: chosen.into_iter().collect(), ..self }
     }
 
     /// The mesh after an affine map.

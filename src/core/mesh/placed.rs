@@ -34,7 +34,7 @@ impl Mesh {
     pub fn joined(parts: &[(&str, Mesh)], regions: &[usize]) -> Mesh {
         let dim = parts.first().map_or(1, |(_, m)| m.dim);
         let (mut nodes, mut blocks) = (vec![], vec![]);
-        let mut groups = BTreeMap::new();
+        let (mut groups, mut chosen) = (BTreeMap::new(), BTreeMap::new());
         for ((name, mesh), first_region) in parts.iter().zip(regions) {
             let (first_node, first_block) = (nodes.len(), blocks.len());
             nodes.extend(&mesh.nodes);
@@ -47,8 +47,12 @@ impl Mesh {
             for (group, facets) in &mesh.groups {
                 groups.insert(format!("{name}:{group}"), facets.iter().map(placed).collect());
             }
+            for (group, nodes) in &mesh.chosen {
+                let nodes = nodes.iter().map(|n| first_node + n).collect();
+                chosen.insert(format!("{name}:{group}"), nodes);
+            }
         }
-        Mesh { dim, nodes, blocks, groups }
+        Mesh { dim, nodes, blocks, groups, chosen }
     }
 }
 

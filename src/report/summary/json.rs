@@ -8,6 +8,14 @@ use crate::event::Report;
 use crate::problem::Notes;
 use crate::scenario::Scene;
 
+/// With the name of a row of matrices that have names.
+fn named(scene: &Scene, row: usize, mut said: Value) -> Value {
+    if scene.rows.has_labels() {
+        said["name"] = Value::from(scene.rows.label(row));
+    }
+    said
+}
+
 /// The JSON object of `run`; the keys are part of the product's public face.
 pub(crate) fn run_json(
     scene: &Scene,
@@ -19,17 +27,22 @@ pub(crate) fn run_json(
         .switches
         .iter()
         .map(|s| {
-            json!({
+            let said = json!({
                 "t": s.t, "node": s.node, "point": s.point, "kind": s.kind.name(),
                 "monitor": s.monitor.word(), "from": s.from().word(), "to": s.to().word(),
                 "energy_jump": s.energy_jump, "monitor_rate": s.monitor_rate,
-            })
+            });
+            named(scene, s.node, said)
         })
         .collect();
     let grazings: Vec<Value> = report
         .grazings
         .iter()
-        .map(|g| json!({"t": g.t, "node": g.node, "distance": g.distance, "kind": g.kind.name()}))
+        .map(|g| {
+            let said =
+                json!({"t": g.t, "node": g.node, "distance": g.distance, "kind": g.kind.name()});
+            named(scene, g.node, said)
+        })
         .collect();
     let places: Vec<Value> = notes
         .places

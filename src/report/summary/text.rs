@@ -38,7 +38,7 @@ pub(crate) fn run_text(
     out.line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
     if system.n_contact() > 0 {
         let yields = system.promise().yields;
-        switches(&mut out, report, (given, yields));
+        switches(&mut out, report, (scene, yields));
         search(&mut out, system, report);
     }
     energy(&mut out, system, report);
@@ -237,7 +237,8 @@ fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
 }
 
 /// How many switches there were, the first and the last.
-fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
+fn switches(out: &mut Lines, report: &Report, (scene, yields): (&Scene, bool)) {
+    let given = scene.body.kind == BodyKind::Matrices;
     let log = &report.log;
     let count = |kind| log.of_kind(kind);
     let (impacts, rests) = (count(SwitchKind::Impact), count(SwitchKind::Rest));
@@ -266,7 +267,7 @@ fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
     if let Some([a, b]) = log.ends() {
         let (first, last) = (significant(a.t, 10), significant(b.t, 10));
         let place = |node: usize| match given {
-            true => format!("displacement {node}"),
+            true => format!("displacement {}", scene.rows.label(node)),
             false if yields => format!("point {node}"),
             false => format!("node {node}"),
         };

@@ -1,0 +1,167 @@
+//! Contact of bodies from matrices by nodes: `nodes = "TIP"`, `direction = "-z"`, with the sets and places of `body.deck`.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize;
+
+use super::names::{NAME_THEM, unknown};
+use super::{BodyKind, Issue, Scene};
+use crate::fem::formats::DofName;
+use crate::mesh::deck::{self, Places};
+
+/// Nodes by their numbers, or a set by its name.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "nodes by their numbers, [12, 17], or the name of a set, \"TIP\"")]
+pub(super) enum NodesKey {
+    Numbers(Vec<i64>),
+    Set(String),
+}
+
+impl JsonSchema for NodesKey {
+    fn schema_name() -> Cow<'static, str> {
+        "Nodes".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "array", "items": {"type": "integer"}, "description": "Nodes by their numbers."},
+            {"type": "string", "description": "A set of nodes of `body.deck`."},
+        ]})
+    }
+}
+
+/// Directions along the axes, as the programs number them.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl Scene {
+    /// The contact displacements that nodes and a direction stand for, and the places of all rows that a deck knows.
+    pub(super) fn take_nodes(&mut self) -> Result<(), Issue> {
+        if self.body.kind != BodyKind::Matrices {
+            return Ok(());
+        }
+        let places = match self.deck() {
+            Ok(places) => places,
+            // as where a stored scene is read without the files beside it
+            Err(issue) => {
+                self.rows.missing.get_or_insert(issue);
+                Places::default()
+            }
+        };
+        let at: HashMap<String, _> =
+            places.nodes.iter().map(|(n, place)| (n.to_string(), *place)).collect();
+        let of_row = |(k, name): (usize, &DofName)| Some((k, *at.get(&name.node)?));
+        self.rows.places = self.rows.names.iter().enumerate().filter_map(of_row).collect();
+        let Some(contact) = &self.contact else { return Ok(()) };
+        let key = |name: &str| contact.key(0, name);
+        let Some(nodes) = &contact.nodes else {
+            return match &contact.direction {
+                None => Ok(()),
+                Some(_) => {
+                    let message = "is that of nodes, and there are none";
+                    Err(Issue::new(key("direction"), message, "nodes = [101, 102]"))
+                }
+            };
+        };
+        if contact.displacements.is_some() {
+            let message = "stands beside displacements, which are the same by rows";
+            return Err(Issue::new(key("nodes"), message, "give one of them"));
+        }
+        let (axis, is_back) = direction(key("direction"), contact.direction.as_deref())?;
+        if let Some(why) = &self.rows.unnamed {
+            let message = format!("are those of no row: {why}");
+            self.rows.missing.get_or_insert(Issue::new(key("nodes"), message, NAME_THEM));
+        }
+        let numbers = match nodes {
+            NodesKey::Numbers(numbers) => numbers.clone(),
+            NodesKey::Set(set) => match in_set(key("nodes"), set, &places, &self.body.deck) {
+                Ok(numbers) => numbers,
+                Err(issue) if places.nodes.is_empty() => {
+                    self.rows.missing.get_or_insert(issue);
+                    vec![]
+                }
+                Err(issue) => return Err(issue),
+            },
+        };
+        let rows: Vec<usize> = match &self.rows.missing {
+            // any rows that are no others: they are not read
+            Some(_) => (0..numbers.len().max(1)).collect(),
+            None => {
+                let names = &self.rows.names;
+                let place: HashMap<&DofName, usize> =
+                    names.iter().enumerate().map(|(k, name)| (name, k)).collect();
+                let row = |n: &i64| {
+                    let name = DofName { node: n.to_string(), direction: axis };
+                    let missing = || unknown(key("nodes"), &name.to_string(), names);
+                    place.get(&name).copied().ok_or_else(missing)
+                };
+                numbers.iter().map(row).collect::<Result<_, _>>()?
+            }
+        };
+        if is_back {
+            self.rows.flipped.extend(&rows);
+        }
+        if let Some(contact) = &mut self.contact {
+            contact.displacements = Some(rows);
+        }
+        Ok(())
+    }
+
+    /// Nodes and sets of the deck beside the matrices; nothing without one.
+    fn deck(&self) -> Result<Places, Issue> {
+        let Some(file) = &self.body.deck else { return Ok(Places::default()) };
+        let path = self.source.file.parent().unwrap_or(Path::new("")).join(file);
+        let issue = |why: String, help: String| {
+            Issue::new("body.deck", format!("{}: {why}", path.display()), help)
+        };
+        let help = "give the deck (.inp) that the matrices come from, relative to the scene";
+        let bytes = std::fs::read(&path).map_err(|e| issue(e.to_string(), help.to_owned()))?;
+        deck::places(&bytes).map_err(|e| issue(e.place() + &e.message, e.help))
+    }
+}
+
+/// The number of a direction, and whether it points back.
+fn direction(key: String, word: Option<&str>) -> Result<(u8, bool), Issue> {
+    let help = "direction = \"x\", or \"-z\": from the nodes towards the obstacle";
+    let Some(word) = word else { return Err(Issue::new(key, "is missing", help)) };
+    let (name, is_back) = match word.strip_prefix('-') {
+        Some(name) => (name, true),
+        None => (word, false),
+    };
+    match (1..).zip(AXES).find(|(_, axis)| *axis == name) {
+        Some((number, _)) => Ok((number, is_back)),
+        None => {
+            let message =
+                format!("\"{word}\" is no axis: rows of matrices are displacements along axes");
+            Err(Issue::new(key, message, help))
+        }
+    }
+}
+
+/// The nodes of a set.
+fn in_set(
+    key: String,
+    set: &str,
+    places: &Places,
+    deck: &Option<std::path::PathBuf>,
+) -> Result<Vec<i64>, Issue> {
+    let found = places.sets.iter().find(|s| s.0.eq_ignore_ascii_case(set));
+    if let Some((_, numbers)) = found.filter(|s| !s.1.is_empty()) {
+        return Ok(numbers.clone());
+    }
+    let all: Vec<String> = places.sets.iter().map(|s| format!("\"{}\"", s.0)).collect();
+    let (message, help) = match (deck, found) {
+        (None, _) => (
+            format!("\"{set}\" is a set, and no deck says which nodes it has"),
+            "body.deck = \"block.inp\", or nodes = [101, 102]".to_owned(),
+        ),
+        (_, Some(_)) => (format!("the set \"{set}\" has no nodes"), "name another".to_owned()),
+        (_, None) if all.is_empty() => (
+            format!("there is no set \"{set}\""),
+            "the deck has no sets of nodes: give nodes = [101, 102]".to_owned(),
+        ),
+        _ => (format!("there is no set \"{set}\""), format!("the deck has {}", all.join(", "))),
+    };
+    Err(Issue::new(key, message, help))
+}
