@@ -111,6 +111,11 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     ..Row::of_contact("matrices of Abaqus, rows by names", NAMED, "")
                 },
                 Row {
+                    contact: "[contact]\nnodes = [12]\ndirection = \"x\"\ngap = 1.0\n".into(),
+                    extra: "[reduction]\nkind = \"free-interface\"\nmodes = 2\n",
+                    ..Row::of_contact("matrices in free-interface form, contact by nodes", NAMED, "")
+                },
+                Row {
                     extra: "[[probe]]\nname = \"tip\"\nat = [1.0, 0.3]\nquantity = [\"displacement\", \"acceleration\", \"stress\"]\n[[probe]]\nname = \"face\"\nedge = \"right\"\n",
                     ..plate("`[[probe]]`", "")
                 },
@@ -144,6 +149,7 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                 plate("`gap_behind`", "gap_behind = 1.0"),
                 plate("a part of an edge, `from`", "from = [0.5, 1.0]"),
                 plate("a part of an edge, `where`", "where = \"y < 0.2\"\nmethod = \"penalty\""),
+                plate("chosen nodes, `nodes`", "nodes = [13]"),
                 plate("`friction`", "friction = 0.3"),
                 plate("`friction` on a belt", "friction = 0.3\nsurface = [0.0, 0.1]"),
                 Row::of_contact(
