@@ -1,9 +1,10 @@
 //! Lowest eigenpairs of `K φ = ω² M φ`: dense for small bodies, Lanczos for large ones.
 
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::{Mat, Side};
 
 use super::FemError;
-use super::sparse::{Csr, SpdFactor};
+use super::sparse::{Csr, SpdFactor, ldl_pivots};
 
 /// Above this size the dense solution gives way to Lanczos.
 const DENSE_LIMIT: usize = 700;
@@ -38,6 +39,14 @@ pub fn all(k: &Csr, m: &Csr, omega_unit: f64) -> Result<Modes, FemError> {
     let mut modes = dense(k, m, k.n_rows())?;
     settle_rigid(&mut modes, k, m, omega_unit)?;
     Ok(modes)
+}
+
+/// How many eigenvalues `ω²` lie below a number: the negative pivots of `K − ω²M` (Sylvester's law of inertia).
+pub fn count_below(k: &Csr, m: &Csr, square: f64) -> Result<usize, FemError> {
+    let what = FemError::Singular { what: "shifted stiffness matrix" };
+    let shifted = Csr::combination(1.0, k, -square, m);
+    let pivots = ldl_pivots(&shifted, LdltRegularization::default()).ok_or(what)?;
+    Ok(pivots.iter().filter(|p| p.1 < 0.0).count())
 }
 
 /// A dense eigensolution knows `ω²` to some `ε ω_max²` and the shapes of rigid motions only to the rounding errors of the stiffest modes: under a constant force a mode that is
@@ -217,6 +226,20 @@ fn lanczos(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, Fem
 mod tests {
     use super::*;
     use crate::fem::{Body, DofMap, Material};
+
+    #[test]
+    fn negative_pivots_count_modes() {
+        // λ_j = 2 − 2 cos(jπ/(n + 1))
+        let n = 60;
+        let all = (0..n).flat_map(|i| (i.max(1) - 1..(i + 2).min(n)).map(move |j| (i, j)));
+        let entries = all.map(|(i, j)| (i, j, if i == j { 2.0 } else { -1.0 })).collect();
+        let k = Csr::from_triplets(n, n, entries);
+        let m = Csr::from_triplets(n, n, (0..n).map(|i| (i, i, 1.0)).collect());
+        let of = |j: f64| 2.0 - 2.0 * (j * std::f64::consts::PI / (n as f64 + 1.0)).cos();
+        for below in [0usize, 1, 17, 59, 60] {
+            assert_eq!(count_below(&k, &m, of(below as f64 + 0.5)).unwrap(), below);
+        }
+    }
     use crate::fem::{Facing, Held};
     use crate::mesh::structured;
 

@@ -10,17 +10,10 @@
 
 use std::collections::BTreeMap;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Par, Side};
 
 use super::FemError;
-use super::sparse::{Csr, SpdFactor};
+use super::sparse::{Csr, SpdFactor, ldl_pivots};
 
 /// A motion without mass.
 #[derive(Debug, Clone, PartialEq)]
@@ -141,49 +134,15 @@ pub(super) fn split(n: usize, all: &[Massless]) -> Csr {
 /// The pivots that vanish when a matrix with a unit diagonal is eliminated.
 fn lost_pivots(a: &Csr) -> Result<Vec<usize>, FemError> {
     let failed = || FemError::NotPositiveDefinite { what: WHAT };
-    let n = a.n_rows();
-    let entries: Vec<_> = a.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
-    let a =
-        SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries).map_err(|_| failed())?;
-    let simplicial = CholeskySymbolicParams {
-        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-        ..CholeskySymbolicParams::default()
-    };
-    let symbolic =
-        factorize_symbolic_cholesky(a.symbolic(), Side::Lower, SymmetricOrdering::Amd, simplicial)
-            .map_err(|_| failed())?;
-    let (SymbolicCholeskyRaw::Simplicial(columns), Some(order)) = (symbolic.raw(), symbolic.perm())
-    else {
-        return Err(failed());
-    };
-    let mut values = vec![0.0; symbolic.len_val()];
-    let mut scratch = MemBuffer::new(
-        symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default()),
-    );
     // a pivot that is none is replaced by one that no other has; what is negative, too, and is no motion without mass then
-    let signs = vec![1; n];
+    let signs = vec![1; a.n_rows()];
     let regularization = LdltRegularization {
         dynamic_regularization_signs: Some(&signs),
         dynamic_regularization_delta: LOST,
         dynamic_regularization_epsilon: NONE,
     };
-    symbolic
-        .factorize_numeric_ldlt::<f64>(
-            &mut values,
-            a.as_ref(),
-            Side::Lower,
-            regularization,
-            Par::Seq,
-            MemStack::new(&mut scratch),
-            Default::default(),
-        )
-        .map_err(|_| failed())?;
-    let (forward, _) = order.arrays();
-    let pivot = |k: usize| values[columns.col_ptr()[k]];
-    if (0..n).any(|k| pivot(k).is_nan()) {
-        return Err(failed());
-    }
-    let mut lost: Vec<usize> = (0..n).filter(|&k| pivot(k) == LOST).map(|k| forward[k]).collect();
+    let pivots = ldl_pivots(a, regularization).ok_or_else(failed)?;
+    let mut lost: Vec<usize> = pivots.iter().filter(|p| p.1 == LOST).map(|p| p.0).collect();
     lost.sort_unstable();
     Ok(lost)
 }

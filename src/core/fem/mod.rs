@@ -18,6 +18,7 @@ pub(crate) mod law;
 pub mod load;
 mod massless;
 mod matrix_market;
+mod moments;
 mod normals;
 #[doc(hidden)]
 pub mod pair;
@@ -46,6 +47,7 @@ pub use law::{Material, StressState};
 pub use load::{Course, Harmonic, Loads, Measured};
 pub use massless::{Massless, motions_without_mass, standing_beside};
 pub use matrix_market::parse_matrix_market;
+pub use moments::Moments;
 pub(crate) use pivots::Pivots;
 pub use probe::{Nowhere, Probe, Quantity, Spot};
 pub use reduction::{Interface, Kept, Reduction};

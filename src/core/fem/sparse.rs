@@ -7,9 +7,11 @@ use std::ops::Range;
 
 use faer::Side;
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMat, Triplet};
@@ -407,6 +409,46 @@ pub enum SpdFactor {
         /// Values of `L`.
         values: Vec<f64>,
     },
+}
+
+/// The pivots `D` of `A = L D Lᵀ` without exchanges for size, with the rows that they belong to; none where one of them is zero or no number.
+pub(crate) fn ldl_pivots(
+    a: &Csr,
+    regularization: LdltRegularization<f64>,
+) -> Option<Vec<(usize, f64)>> {
+    let n = a.n_rows();
+    let entries: Vec<_> = a.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
+    let a = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries).ok()?;
+    let simplicial = CholeskySymbolicParams {
+        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
+        ..CholeskySymbolicParams::default()
+    };
+    let symbolic =
+        factorize_symbolic_cholesky(a.symbolic(), Side::Lower, SymmetricOrdering::Amd, simplicial)
+            .ok()?;
+    let (SymbolicCholeskyRaw::Simplicial(columns), Some(order)) = (symbolic.raw(), symbolic.perm())
+    else {
+        return None;
+    };
+    let mut values = vec![0.0; symbolic.len_val()];
+    let mut scratch = MemBuffer::new(
+        symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default()),
+    );
+    symbolic
+        .factorize_numeric_ldlt::<f64>(
+            &mut values,
+            a.as_ref(),
+            Side::Lower,
+            regularization,
+            Par::Seq,
+            MemStack::new(&mut scratch),
+            Default::default(),
+        )
+        .ok()?;
+    let (forward, _) = order.arrays();
+    let pivots: Vec<(usize, f64)> =
+        (0..n).map(|k| (forward[k], values[columns.col_ptr()[k]])).collect();
+    pivots.iter().all(|p| !p.1.is_nan()).then_some(pivots)
 }
 
 /// Work space of [`SpdFactor::solve`].

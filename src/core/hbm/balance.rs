@@ -41,6 +41,8 @@ pub struct Balance {
     pub crossings: Vec<Crossing>,
     /// Active sets between them.
     pub sets: Vec<States>,
+    /// Nothing touches or rubs: no terms, and the derivative is zero.
+    pub(super) is_open: bool,
     /// Touches that may be crossings: tangencies that could not be decided, and switches whose monitor has no slope (the derivative knows
     /// nothing of how they move).
     pub undecided: usize,
@@ -210,15 +212,18 @@ fn event_resolved(at: &Along) -> Result<Balance, HbmError> {
     }
     let of_phases: Vec<&PhaseOperator> = active.iter().map(|&j| operators[j].as_ref()).collect();
     add_phases(&of_phases, &integrals, y, omega, &mut derivative);
+    let is_open = active.is_empty() && interface.rubs.is_empty();
     // n is affine in y with the derivative at fixed switches
-    for column in 0..count * r_in {
+    for column in (0..count * r_in).filter(|_| !is_open) {
         let yc = y.a[column];
         if yc != 0.0 {
             n.a.iter_mut().zip(derivative.col_as_slice(column)).for_each(|(n, d)| *n += d * yc);
         }
     }
     let path = Moving { interface, y, omega, operators: &operators, crossed: &crossed };
-    undecided += path.add(&crossings, &mut derivative);
+    if !crossings.is_empty() {
+        undecided += path.add(&crossings, &mut derivative);
+    }
     // forces of friction do not jump with the series
     let unknown = interface.has_unknown_forces();
     let mut by_n = unknown.then(|| Mat::<f64>::zeros(count * r, count * r));
@@ -228,7 +233,7 @@ fn event_resolved(at: &Along) -> Result<Balance, HbmError> {
     let (paths, more) = rubbing::add(at, &contact, &mut n, &mut derivatives)?;
     undecided += more;
     let (crossings, sets) = rubbing::merge((crossings, sets), &paths);
-    Ok(Balance { n, derivative, by_n, paths, crossings, sets, undecided })
+    Ok(Balance { n, derivative, by_n, paths, crossings, sets, is_open, undecided })
 }
 
 /// The derivative at fixed switches: column by column of the operators, that of all phases times their integrals.
@@ -393,5 +398,5 @@ fn sampled(
     }
     // samples decide nothing between them
     let (by_n, paths) = (None, vec![]);
-    Ok(Balance { n, derivative, by_n, paths, crossings, sets, undecided: 0 })
+    Ok(Balance { n, derivative, by_n, paths, crossings, sets, is_open: false, undecided: 0 })
 }

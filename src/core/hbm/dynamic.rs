@@ -1,4 +1,4 @@
-//! Harmonic balance of bodies that are too large for all their modes: the open body by its dynamic stiffness, one sparse factorisation a harmonic.
+//! Harmonic balance of bodies that are too large for all their modes: the open body by its dynamic stiffness.
 //!
 //! Newton's method goes on the interface terms alone, `n = N(ĉ − Ĝ n)` ([`Receptance`]); with `M₀L` the orthonormal directions
 //!
@@ -7,8 +7,13 @@
 //! ```
 //!
 //! and `D_k u_k = f_k − M₀L n_k` gives the displacements of a solution. Series are those of the projections `y`.
+//!
+//! With Rayleigh's damping `D_k = (1 + ikωβ)(K₀ − σ_k M₀)`, `σ_k = (k²ω² − ikωα)/(1 + ikωβ)`: the lowest modes and moments of all others answer for every harmonic of every frequency
+//! ([`Moments`]). Else each harmonic takes a sparse factorisation.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use faer::{Mat, c64};
 
@@ -21,7 +26,8 @@ use super::{Balanced, HbmError};
 use crate::contact::System;
 use crate::continuation::{dot, norm};
 use crate::fem::{
-    Discrete, DynamicFactor, DynamicStiffness, FemError, SpdFactor, eigen, with_elements,
+    Csr, Discrete, DynamicFactor, DynamicStiffness, FemError, Moments, SpdFactor, eigen,
+    with_elements,
 };
 use crate::records::GapReason;
 
@@ -29,6 +35,10 @@ use crate::records::GapReason;
 pub struct Dynamic {
     interface: Interface,
     stiffness: DynamicStiffness,
+    /// `K₀`, `M₀` where its damping is Rayleigh's.
+    pencil: Option<(Csr, Csr)>,
+    /// What answers for the harmonics of frequencies up to those of a level; none where it is not to be had.
+    expansions: RefCell<BTreeMap<i32, Option<Rc<Expansion>>>>,
     /// Rows on which `M₀L` is not zero, and these rows.
     directions: (Vec<usize>, Mat<f64>),
     /// Forces on `u_O` of the open phase: the constant one, those of the harmonic loads.
@@ -55,24 +65,47 @@ struct FirstMode {
     forces: ([f64; 1], Vec<Vec<f64>>),
 }
 
+/// Modes and moments of the directions, then of the constant force and of each harmonic load.
+struct Expansion {
+    moments: Moments,
+    /// What they are in the directions.
+    among: (Mat<f64>, Vec<Mat<f64>>),
+}
+
 /// What one harmonic of a frequency does.
 struct Answer {
     /// `G_k`, real and imaginary part.
     receptance: [Mat<f64>; 2],
     /// `c_k`
     of_loads: Vec<c64>,
-    /// `D_k⁻¹ [M₀L, f_k]`, where there is room for it.
-    columns: Option<Mat<c64>>,
+    by: By,
+}
+
+/// What displacements of a harmonic come from.
+enum By {
+    Moments(Rc<Expansion>),
+    /// `D_k⁻¹ [M₀L, f_k]`
+    Columns(Mat<c64>),
+    /// There was no room for them.
+    Nothing,
 }
 
 /// The answers at one frequency, from `k = 0` on.
 #[derive(Default)]
 struct Answers {
     omega: f64,
+    level: i32,
     of_harmonic: Vec<Answer>,
 }
 
-/// Bytes of displacements that are kept of a frequency: what does not fit is computed again.
+/// Frequencies up to so many times the first one are those of the lowest level, which most need; from level to level they grow by half.
+const LOWEST: f64 = 10.0;
+const LEVELS: f64 = 1.5;
+
+/// Answers of modes and moments are taken up to this bound of their error.
+const ERROR: f64 = 2e-12;
+
+/// Bytes of displacements that are kept of a frequency, or of moments: what does not fit is computed again.
 const ROOM: usize = 1 << 30;
 
 /// A shape that moves the contact by less, over what the contact's own directions move it by, does not move it.
@@ -136,8 +169,12 @@ impl Dynamic {
         let (damps, dampers) = (open.damping_stiffness(), system.dampers.as_ref());
         let by_dampers = dampers.map_or(0.0, |d| d.power(&shape));
         let dampers = dampers.map(|d| d.matrix());
+        let is_plain = damps.is_none() && dampers.is_none();
+        let stiffness = DynamicStiffness::new((&k, &m), damps.as_ref(), dampers.as_ref())?;
         Ok(Dynamic {
-            stiffness: DynamicStiffness::new((&k, &m), damps.as_ref(), dampers.as_ref())?,
+            stiffness,
+            pencil: is_plain.then_some((k, m)),
+            expansions: RefCell::default(),
             directions: (support, rows),
             forces,
             first: FirstMode { omega, by_dampers, shape, directions: of_shape, forces: of_first },
@@ -159,8 +196,96 @@ impl Dynamic {
         load_series(&self.interface, n_h, &self.forces.0, &self.forces.1)
     }
 
+    /// Which expansion answers for so many harmonics: the same whatever was asked before.
+    fn level(&self, n_h: usize, omega: f64) -> i32 {
+        let highest = n_h.max(1) as f64 * omega / (LOWEST * self.first.omega);
+        highest.log(LEVELS).ceil().clamp(0.0, 60.0) as i32
+    }
+
+    fn expansion(&self, level: i32) -> Result<Option<Rc<Expansion>>, HbmError> {
+        if let Some(known) = self.expansions.borrow().get(&level) {
+            return Ok(known.clone());
+        }
+        let made = self.expand(level)?.map(Rc::new);
+        self.expansions.borrow_mut().insert(level, made.clone());
+        Ok(made)
+    }
+
+    fn expand(&self, level: i32) -> Result<Option<Expansion>, HbmError> {
+        let Some((k, m)) = &self.pencil else { return Ok(None) };
+        let (support, rows) = &self.directions;
+        let (n, r) = (k.n_rows(), rows.ncols());
+        let forces: Vec<&Vec<f64>> =
+            std::iter::once(&self.forces.0).chain(&self.forces.1).collect();
+        if Moments::bytes(n, r + forces.len()) > ROOM {
+            return Ok(None);
+        }
+        let mut columns = Mat::zeros(n, r + forces.len());
+        for (i, &row) in support.iter().enumerate() {
+            (0..r).for_each(|c| columns[(row, c)] = rows[(i, c)]);
+        }
+        for (c, f) in forces.iter().enumerate() {
+            columns.col_as_slice_mut(r + c).copy_from_slice(f);
+        }
+        let top = (LOWEST * self.first.omega * LEVELS.powi(level)).powi(2);
+        let moments = Moments::new((k, m), &columns, top, self.first.omega)?;
+        Ok(moments.map(|moments| Expansion { among: moments.among(support, rows), moments }))
+    }
+
+    /// `σ_k` and `1/(1 + ikωβ)`.
+    fn shifted(&self, k: usize, omega: f64) -> (c64, c64) {
+        let (alpha, beta) = self.interface.damping();
+        let kw = k as f64 * omega;
+        let factor = c64::new(1.0, kw * beta).inv();
+        (c64::new(kw * kw, -kw * alpha) * factor, factor)
+    }
+
+    /// How much of the constant force and of each harmonic load there is in a harmonic.
+    fn shares(&self, k: usize, n_h: usize) -> Vec<c64> {
+        let count = self.forces.1.len() + 1;
+        let unit = |at: usize| (0..count).map(|i| f64::from(u8::from(i == at))).collect::<Vec<_>>();
+        let units: Vec<Vec<f64>> = (1..count).map(unit).collect();
+        let series = load_series(&self.interface, n_h.max(1), &unit(0), &units);
+        let (cos, sin) = series.basis.places(k);
+        let of = |i: usize| c64::new(series.of(cos)[i], -sin.map_or(0.0, |s| series.of(s)[i]));
+        (0..count).map(of).collect()
+    }
+
     /// `G_k` and `c_k` of one harmonic.
-    fn answer(&self, k: usize, omega: f64, loads: &Series) -> Result<Answer, HbmError> {
+    fn answer(&self, k: usize, omega: f64, loads: &Series, level: i32) -> Result<Answer, HbmError> {
+        let (sigma, factor) = self.shifted(k, omega);
+        let known = self.expansion(level)?;
+        match known.filter(|e| e.moments.error(sigma) <= ERROR) {
+            Some(expansion) => Ok(self.by_moments(k, (sigma, factor), loads.n_h, expansion)),
+            None => self.by_factor(k, omega, loads),
+        }
+    }
+
+    /// `G_k` and `c_k` by modes and moments.
+    fn by_moments(
+        &self,
+        k: usize,
+        (sigma, factor): (c64, c64),
+        n_h: usize,
+        expansion: Rc<Expansion>,
+    ) -> Answer {
+        let r = self.directions.1.ncols();
+        let all = expansion.moments.between(sigma, &expansion.among);
+        let shares = self.shares(k, n_h);
+        let of_load = |i: usize| -> c64 {
+            let sum: c64 = shares.iter().enumerate().map(|(c, s)| all[(i, r + c)] * s).sum();
+            sum * factor
+        };
+        let part = |of: fn(c64) -> f64| Mat::from_fn(r, r, |i, j| of(all[(i, j)] * factor));
+        Answer {
+            receptance: [part(|z| z.re), part(|z| z.im)],
+            of_loads: (0..r).map(of_load).collect(),
+            by: By::Moments(expansion),
+        }
+    }
+
+    /// `G_k` and `c_k` by a factorisation.
+    fn by_factor(&self, k: usize, omega: f64, loads: &Series) -> Result<Answer, HbmError> {
         let (support, rows) = &self.directions;
         let (n, r) = (self.interface.system.n_o(), rows.ncols());
         let (cos, sin) = loads.basis.places(k);
@@ -180,7 +305,7 @@ impl Dynamic {
         let of_loads = (0..r).map(|i| c64::new(re[(i, r)], im[(i, r)])).collect();
         let receptance = [re.subcols(0, r).to_owned(), im.subcols(0, r).to_owned()];
         let fits = (k + 1) * n * (r + 1) * size_of::<c64>() <= ROOM;
-        Ok(Answer { receptance, of_loads, columns: fits.then_some(x) })
+        Ok(Answer { receptance, of_loads, by: if fits { By::Columns(x) } else { By::Nothing } })
     }
 
     /// Size of the terms of the residual: loads, interface terms, stiffness times displacements (of which the projections and the first mode are known).
@@ -261,12 +386,13 @@ impl Balanced for Dynamic {
 
     fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError> {
         let mut known = self.answers.borrow_mut();
-        if known.omega != omega {
-            *known = Answers { omega, of_harmonic: vec![] };
+        let level = self.level(n_h, omega);
+        if (known.omega, known.level) != (omega, level) {
+            *known = Answers { omega, level, of_harmonic: vec![] };
         }
         let loads = self.loads(n_h.max(1));
         for k in known.of_harmonic.len()..=n_h {
-            let answer = self.answer(k, omega, &loads)?;
+            let answer = self.answer(k, omega, &loads, level)?;
             known.of_harmonic.push(answer);
         }
         let basis = self.interface.basis;
@@ -292,23 +418,40 @@ impl Balanced for Dynamic {
         let size = self.interface.system.n_o();
         let loads = self.loads(s.q.n_h.max(1));
         let mut u = Series::zeros(s.q.basis, s.q.n_h, size);
+        let mut put = |k: usize, x: &[c64]| {
+            let (cos, sin) = s.q.basis.places(k);
+            u.of_mut(cos).iter_mut().zip(x).for_each(|(u, x)| *u = x.re);
+            if let Some(sin) = sin {
+                u.of_mut(sin).iter_mut().zip(x).for_each(|(u, x)| *u = -x.im);
+            }
+        };
+        // u_k = D_k⁻¹ f_k − D_k⁻¹ M₀L n_k
+        let terms = |k: usize| -> Vec<c64> {
+            let (cos, sin) = s.q.basis.places(k);
+            let of_sin = |c: usize| sin.map_or(0.0, |sin| s.n.of(sin)[c]);
+            (0..rows.ncols()).map(|c| c64::new(-s.n.of(cos)[c], of_sin(c))).collect()
+        };
+        if self.expansion(self.level(s.q.n_h, s.omega))?.is_some() {
+            self.receptance(s.q.n_h, s.omega)?;
+        }
+        let mut by_moments: Vec<(usize, Rc<Expansion>)> = vec![];
         let known = self.answers.borrow();
         for k in 0..=s.q.n_h {
             let (cos, sin) = s.q.basis.places(k);
             let kept = known.of_harmonic.get(k).filter(|_| known.omega == s.omega);
-            if let Some(columns) = kept.and_then(|answer| answer.columns.as_ref()) {
-                // u_k = D_k⁻¹ f_k − D_k⁻¹ M₀L n_k
-                let of_sin = |c: usize| sin.map_or(0.0, |sin| s.n.of(sin)[c]);
-                let mut share: Vec<c64> = s.n.of(cos).iter().map(|n| c64::new(-n, 0.0)).collect();
-                share.iter_mut().enumerate().for_each(|(c, z)| z.im = of_sin(c));
-                share.push(c64::new(1.0, 0.0));
-                let share = Mat::from_fn(share.len(), 1, |c, _| share[c]);
-                let x = columns * share;
-                (0..size).for_each(|i| u.of_mut(cos)[i] = x[(i, 0)].re);
-                if let Some(sin) = sin {
-                    (0..size).for_each(|i| u.of_mut(sin)[i] = -x[(i, 0)].im);
+            match kept.map(|answer| &answer.by) {
+                Some(By::Moments(expansion)) => {
+                    by_moments.push((k, expansion.clone()));
+                    continue;
                 }
-                continue;
+                Some(By::Columns(columns)) => {
+                    let share: Vec<c64> =
+                        terms(k).into_iter().chain([c64::new(1.0, 0.0)]).collect();
+                    let x = columns * Mat::from_fn(share.len(), 1, |c, _| share[c]);
+                    put(k, x.col_as_slice(0));
+                    continue;
+                }
+                Some(By::Nothing) | None => {}
             }
             let force = |function: usize| {
                 let mut f = loads.of(function).to_vec();
@@ -322,10 +465,18 @@ impl Balanced for Dynamic {
             let right =
                 Mat::from_fn(size, 1, |i, _| c64::new(a[i], -b.as_ref().map_or(0.0, |b| b[i])));
             let x = self.factor(k, s.omega)?.solve(right.as_ref())?;
-            (0..size).for_each(|i| u.of_mut(cos)[i] = x[(i, 0)].re);
-            if let Some(sin) = sin {
-                (0..size).for_each(|i| u.of_mut(sin)[i] = -x[(i, 0)].im);
-            }
+            put(k, x.col_as_slice(0));
+        }
+        // all harmonics of one expansion together
+        if let Some((_, expansion)) = by_moments.first() {
+            let wanted = |(k, _): &(usize, Rc<Expansion>)| {
+                let (sigma, factor) = self.shifted(*k, s.omega);
+                let share = terms(*k).into_iter().chain(self.shares(*k, s.q.n_h));
+                (sigma, share.map(|z| z * factor).collect())
+            };
+            let wanted: Vec<(c64, Vec<c64>)> = by_moments.iter().map(wanted).collect();
+            let x = expansion.moments.solutions(&wanted);
+            by_moments.iter().enumerate().for_each(|(c, (k, _))| put(*k, x.col_as_slice(c)));
         }
         Ok(u)
     }

@@ -126,6 +126,9 @@ pub(super) fn condensed(
     (y, last): (&Series, Option<&Series>),
     balance: &Balance,
 ) -> Series {
+    if balance.is_open {
+        return balance.n.clone();
+    }
     let a = jacobian(receptance, balance);
     let solution = a.partial_piv_lu().solve(&right(receptance, (y, last), balance));
     let mut n = balance.n.clone();
@@ -182,6 +185,9 @@ const ROUNDING: f64 = 4.0;
 
 /// Rounding errors of `N` at `y = ĉ − Ĝn`, over the size of the residual's terms: `ε ‖ |N′| (|ĉ| + |Ĝ| |n|) ‖`. Where surfaces touch they all but cancel.
 pub(super) fn floor_of(receptance: &Receptance, balance: &Balance, n: &Series, terms: f64) -> f64 {
+    if balance.is_open {
+        return 0.0;
+    }
     let mut sum = vec![0.0; balance.derivative.nrows()];
     for (k, size) in receptance.sizes(n).a.into_iter().enumerate() {
         let column = balance.derivative.col_as_slice(k);
