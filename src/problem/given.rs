@@ -330,10 +330,12 @@ pub(super) fn given_matrices(
     let massless = of_contact.all().filter(|i| !has_mass(i)).count();
     check_symmetric(scene, "body.mass_matrix", (&mass, massless), n, mass.n_cols())?;
     check_symmetric(scene, "body.stiffness_matrix", (&stiffness, 0), n, mass.n_cols())?;
-    check_stillness(scene, constrained, (&mass, &stiffness), &own)?;
     let discrete = elements::of_matrices(scene, n)?;
     let mass = with_elements(mass, &discrete, |e| e.mass);
     let stiffness = with_elements(stiffness, &discrete, |e| e.stiffness);
+    if constrained {
+        check_stillness(scene, (&mass, &stiffness), &own)?;
+    }
     let length = given_length(scene);
     let body = Body::from_matrices(&mass, &stiffness, &of_contact, length).map_err(|e| {
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
@@ -376,28 +378,35 @@ fn as_superelement(scene: &Scene, [mass, stiffness]: [Csr; 2]) -> Result<[Csr; 2
     })
 }
 
-/// Contact displacements that move nothing and follow nothing with mass: the static modes of a superelement with fixed-interface modes.
+/// Contact displacements whose stiffness leads to nothing with mass, be it through others without any: the static modes of a superelement with fixed-interface modes.
 fn check_stillness(
     scene: &Scene,
-    constrained: bool,
     (mass, stiffness): (&Csr, &Csr),
     own: &[usize],
 ) -> Result<(), ProblemError> {
     let size = |i: usize| stiffness.entry(i, i).map_or(0.0, |k| k.abs().sqrt());
-    let moves = |j: usize| !own.contains(&j) && mass.row(j).any(|e| e.1 != 0.0);
-    let follows = |&i: &usize| {
-        let mut row = stiffness.row(i);
-        row.any(|(j, k)| moves(j) && k.abs() > STILL * size(i) * size(j))
-    };
-    if !constrained || own.is_empty() || own.iter().any(follows) {
+    let mut known = vec![false; mass.n_rows()];
+    own.iter().for_each(|&i| known[i] = true);
+    let mut open = own.to_vec();
+    while let Some(i) = open.pop() {
+        for (j, k) in stiffness.row(i) {
+            if known[j] || k.abs() <= STILL * size(i) * size(j) {
+                continue;
+            }
+            if mass.row(j).any(|e| e.1 != 0.0) {
+                return Ok(());
+            }
+            known[j] = true;
+            open.push(j);
+        }
+    }
+    if own.is_empty() {
         return Ok(());
     }
     let message = "stand still while they are open: their stiffness ties them to nothing that has mass, as in a superelement with fixed-interface modes (Craig and Bampton)";
     let help = "[reduction] with kind = \"free-interface\" and modes = 12: fewer than the superelement has";
-    let key = match scene.gives("contact", "nodes") {
-        true => "contact.nodes",
-        false => "contact.displacements",
-    };
+    let by_nodes = scene.contact.as_ref().is_some_and(Contact::by_nodes);
+    let key = if by_nodes { "contact.nodes" } else { "contact.displacements" };
     Err(fault(scene, key, message, help))
 }
 
