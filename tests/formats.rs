@@ -456,7 +456,11 @@ fn instances_and_ties_are_one_body() {
             "has no partner within",
         ),
         ("Foot, Seat", "Foot, Nose", "surface \"Nose\""),
-        ("instance=Arm-1, generate", "instance=Arm-7, generate", ""),
+        ("instance=Arm-1, generate", "instance=Arm-7, generate", "instance \"Arm-7\""),
+        ("*Instance, name=Arm-2", "*Instance, name=Arm-1", "two instances \"Arm-1\""),
+        // a tie that would bend elements, and one that may move nothing
+        ("tolerance=0.01", "tolerance=3.0", ""),
+        ("adjust=yes", "adjust=no", ""),
     ] {
         assert!(text.contains(from), "{from}");
         let output = run(&["inspect", &scene(&text.replacen(from, to, 1), "")]);
@@ -489,6 +493,26 @@ fn files_of_vtk_are_meshes() {
         same_frequencies(&written(folder.path(), "vtu.toml", &text), &checks["brick"], &file);
         let said = json(&["inspect", &file]);
         assert_eq!((&said["format"], &said["nodes"]), (&Value::from("VTK"), &Value::from(16)));
+    }
+    // points count from 0, as in the file
+    let text = std::fs::read_to_string(sample("brick.vtu")).unwrap();
+    let tip = |node: usize| {
+        let scene = format!(
+            "[body]\nkind = 'mesh'\nfile = '{}'\n[[material]]\nyoung = 210000.0\npoisson = 0.3\ndensity = 7.85e-9\n\
+             [[support]]\ngroup = 'WALL'\nfix = ['x', 'y', 'z']\n[contact]\ngroup = 'TIP'\nnodes = [{node}]\ngap = 1.0\n",
+            sample("brick.vtu")
+        );
+        run(&["inspect", &written(folder.path(), "nodes.toml", &scene)]).status.code()
+    };
+    assert_eq!((tip(12), tip(15), tip(16)), (Some(0), Some(0), Some(2)));
+    for (from, to, words) in [
+        ("NumberOfPoints=\"16\"", "NumberOfPoints=\"15\"", "says NumberOfPoints"),
+        ("Name=\"WALL\"", "Name=\"TIP\"", "two groups \"TIP\""),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let why = signorini::problem::read_mesh(text.replacen(from, to, 1).as_bytes());
+        let why = why.err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(why.contains(words), "{from}: {why}");
     }
     let mut seed = 20261128u64;
     for name in

@@ -79,6 +79,25 @@ fn nodes_and_sets_are_rows() {
     assert!(times(&back).iter().zip(&times(&by_rows)).all(|(a, b)| (a - b).abs() < 1e-9 * b));
 }
 
+/// Gaps that a deck does not know the places of, or that are no numbers there.
+#[test]
+fn gaps_that_have_no_place_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (deck, gap, words) in [
+        ("plate.inp", "1e-4 + 1e-5*y", "body.deck has no node 101"),
+        ("block.inp", "1e-4/(y - y)", "at 101.3"),
+    ] {
+        let text = format!(
+            "deck = '{}'\n[contact]\nnodes = [101, 102]\ndirection = 'z'\ngap = '{gap}'\n",
+            sample(deck)
+        );
+        let output = run(&["modes", &block(folder.path(), &text)]);
+        let said = flat(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("contact.gap") && said.contains(words), "{said}");
+    }
+}
+
 #[test]
 fn what_is_no_node_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -88,6 +107,7 @@ fn what_is_no_node_is_refused() {
         (deck.as_str(), "nodes = 'TIPP'\ndirection = 'z'", "contact.nodes", "\"WALL\", \"TIP\""),
         ("", "nodes = [7]\ndirection = 'z'", "contact.nodes", "101 to 149"),
         ("", "nodes = [101]", "contact.direction", "is missing"),
+        ("", "nodes = [101, 101]\ndirection = 'z'", "contact.nodes", "101 twice"),
         ("", "nodes = [101]\ndirection = 'n'", "contact.direction", "no axis"),
         ("", "direction = 'z'\ndisplacements = [2]", "contact.direction", "there are none"),
         ("", "nodes = [101]\ndirection = 'z'\ndisplacements = [2]", "contact.nodes", "beside"),

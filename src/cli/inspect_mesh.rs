@@ -85,6 +85,7 @@ fn as_text(path: &Path, file: &File, body: Option<&Imported>, why: Option<&str>)
     };
     let format = match file.version.as_str() {
         "deck" => "deck of Abaqus or CalculiX".to_owned(),
+        "VTK" => "unstructured grid of VTK".to_owned(),
         version => format!("Gmsh {version} ASCII"),
     };
     line("file", format!("{}, {format}", path.display()));

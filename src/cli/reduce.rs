@@ -60,6 +60,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             arguments.scene.display()
         )));
     }
+    if arguments.basis && scene.rows.superelement.is_some() {
+        return Err(CliError::Input(format!(
+            "{}: --basis is of meshes, and this body comes from matrices in free-interface form: leave it out",
+            arguments.scene.display()
+        )));
+    }
     let path = arguments.output.clone().unwrap_or_else(|| {
         let stem = arguments.scene.file_stem().unwrap_or_default().to_string_lossy();
         PathBuf::from(format!("{stem}-reduced.h5"))

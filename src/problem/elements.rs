@@ -207,7 +207,7 @@ pub(super) fn pulls(scene: &Scene, system: &System) -> Result<Vec<Pull>, Problem
             _ => over_nodes(scene, &system.body, &format!("spring[{i}]"), &ends)?.0,
         };
         let nodal = nodal.into_iter().map(|w| sign * w).collect();
-        let name = ends.to_string();
+        let name = scene.ends_name(&ends);
         let numbered = format!("{name} (");
         let twins = all.iter().filter(|s| s.name == name || s.name.starts_with(&numbered)).count();
         let name = if twins > 0 { format!("{numbered}{})", twins + 1) } else { name };

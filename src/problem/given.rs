@@ -443,6 +443,10 @@ fn check_symmetric(
     Ok(())
 }
 
+fn contact_has_field(scene: &Scene) -> bool {
+    scene.contact.as_ref().is_some_and(|c| c.gap().is_some())
+}
+
 /// The contact displacements and their gaps.
 fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), ProblemError> {
     let rows = scene.contact.as_ref().and_then(|c| c.displacements.clone()).unwrap_or_default();
@@ -453,8 +457,17 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), Prob
     }
     let gap = given_gaps(scene, rows.len());
     if gap.len() != rows.len() || gap.iter().any(|g| !g.is_finite()) {
-        let message = format!("{} gaps for {} contact displacements", gap.len(), rows.len());
-        return Err(fault(scene, "contact.gaps", message, "give one finite number each"));
+        let odd = gap.iter().zip(&rows).find(|(g, _)| !g.is_finite());
+        let (key, message) = match odd {
+            Some((g, row)) if contact_has_field(scene) => {
+                ("contact.gap", format!("is {g} at {}", scene.rows.label(*row)))
+            }
+            _ => {
+                let (gaps, rows) = (gap.len(), rows.len());
+                ("contact.gaps", format!("{gaps} gaps for {rows} contact displacements"))
+            }
+        };
+        return Err(fault(scene, key, message, "give one finite number each"));
     }
     let contact = scene.contact.as_ref();
     let Some((contact, all)) = contact.and_then(|c| Some((c, c.against.as_ref()?))) else {

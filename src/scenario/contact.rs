@@ -141,12 +141,12 @@ pub(super) struct Table {
     /// In its place: the part where conditions hold.
     #[schemars(extend("examples" = ["x > 0.9", "0.2 < y < 0.5 and x > 0"]))]
     r#where: Option<String>,
-    /// In its place: chosen nodes of the edge or group, by their numbers in the file of the mesh (of bars and plates by those in results, from 0). Contact there has no area: what is
+    /// In its place: chosen nodes of the edge or group, by their numbers in the file of the mesh (of plates by those in results, from 0). Contact there has no area: what is
     /// called pressure is a force at each. With nodal reactions and a constant mass, which are then the defaults. Of bodies from matrices, in place of `displacements`: nodes by
     /// their names, or a set of `body.deck`.
     #[schemars(extend("examples" = [[12, 17], "TIP"]))]
     nodes: Option<NodesKey>,
-    /// Bodies from matrices with `nodes`: where the obstacle is, `x`, `y`, `z`, with a minus the other way; contact displacements are positive towards it.
+    /// Bodies from matrices with `nodes`: where the obstacle is, `x`, `y`, `z`, with a minus the other way. Contact rows count towards it everywhere: in files, loads and probes too.
     #[schemars(extend("examples" = ["x", "-z"]))]
     direction: Option<String>,
     /// A pair of surfaces, in place of `edge` or `group`: the group whose nodes are contact nodes, the coarser one, or the one that the other covers.
@@ -849,7 +849,7 @@ impl Scene {
         match (c.gap(), &c.gaps) {
             (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
             (Some(Field::Expression { .. }), None) if c.swings() => {
-                let message = "moves in time, and a body from matrices has no places";
+                let message = "moves in time, which is for bodies of elements";
                 return issue("gap", message, "give a number, and [[load]] on the contact rows");
             }
             (Some(Field::Expression { .. }), None) if self.body.deck.is_some() => {}

@@ -326,6 +326,18 @@ impl Scene {
         springs.chain(dampers).chain(masses).chain(sliders).chain(iwans)
     }
 
+    /// Where an element is, in words: rows by their names, or their numbers in the files.
+    pub(crate) fn ends_name(&self, ends: &Ends) -> String {
+        let word = |end: &End| match end {
+            End::Row(row) if self.rows.has_labels() => self.rows.label(*row),
+            other => other.to_string(),
+        };
+        match &ends.to {
+            Some(to) => format!("{} to {}", word(&ends.from), word(to)),
+            None => word(&ends.from),
+        }
+    }
+
     /// The rows of given matrices at which all elements are.
     pub(super) fn rows_of_elements(&mut self) -> impl Iterator<Item = &mut usize> {
         let springs = self.springs.iter_mut().flat_map(Spring::rows_mut);

@@ -248,7 +248,7 @@ pub(super) fn unknown(place: String, word: &str, names: &[DofName]) -> Issue {
         }
         (Some(first), Some(last)) => {
             format!(
-                "give node and direction: the nodes are {first} to {last} ({} nodes), for example \"{}\"",
+                "the nodes that move are {first} to {last} ({} nodes), the first row is \"{}\"; what supports hold is no row",
                 nodes.len(),
                 names[0]
             )

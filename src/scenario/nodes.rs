@@ -8,7 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
 use super::names::{NAME_THEM, unknown};
-use super::{BodyKind, Issue, Scene};
+use super::{BodyKind, Field, Issue, Scene};
 use crate::fem::formats::DofName;
 use crate::mesh::deck::{self, Places};
 
@@ -96,9 +96,23 @@ impl Scene {
                     let missing = || unknown(key("nodes"), &name.to_string(), names);
                     place.get(&name).copied().ok_or_else(missing)
                 };
+                if let Some((_, twice)) =
+                    numbers.iter().enumerate().find(|(k, n)| numbers[..*k].contains(n))
+                {
+                    let message = format!("names {twice} twice");
+                    return Err(Issue::new(key("nodes"), message, "give it once"));
+                }
                 numbers.iter().map(row).collect::<Result<_, _>>()?
             }
         };
+        let lost = rows.iter().zip(&numbers).find(|(row, _)| !self.rows.places.contains_key(row));
+        if let Some((_, node)) = lost.filter(|_| self.rows.missing.is_none())
+            && matches!(contact.gap(), Some(Field::Expression { .. }))
+            && self.body.deck.is_some()
+        {
+            let message = format!("is an expression of places, and body.deck has no node {node}");
+            return Err(Issue::new(key("gap"), message, "give the deck of these matrices"));
+        }
         if is_back {
             self.rows.flipped.extend(&rows);
         }

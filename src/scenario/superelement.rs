@@ -53,6 +53,15 @@ impl Scene {
             let message = "is over all rows, and modes stand for most of them";
             return issue("body.damping_matrix", message, "give [damping]");
         }
+        let without_mass = [
+            ("damper[0]", !self.dampers.is_empty()),
+            ("slider[0]", !self.sliders.is_empty()),
+            ("iwan[0]", !self.iwans.is_empty()),
+        ];
+        if let Some((key, _)) = without_mass.iter().find(|k| k.1) {
+            let message = "acts on a row that has no mass in free-interface form, as all rows that the scene names";
+            return issue(key, message, "leave [reduction] out, or the element");
+        }
         let list = |l: &super::Load| {
             l.kind == LoadKind::Force && matches!(l.amplitude, Some(Amplitude::Vector(_)))
         };

@@ -86,6 +86,8 @@ pub(super) struct Tie {
     pub master: String,
     /// How far apart partners may be.
     pub tolerance: Option<f64>,
+    /// Nodes of the slave may be moved to their partners.
+    pub moves: bool,
 }
 
 /// Everything of a deck.
@@ -273,9 +275,10 @@ impl Part {
         let away = |a: usize, b: usize| norm(&minus(&self.nodes[a].1, &self.nodes[b].1));
         let spread =
             |all: &[usize]| all.iter().skip(1).map(|&b| away(all[0], b)).fold(0.0f64, f64::max);
-        // as Abaqus: a twentieth of an element, of which the surface has at least one
-        let within =
-            tie.tolerance.unwrap_or(0.05 * spread(&masters) / (masters.len() as f64).sqrt());
+        // as Abaqus by default: a twentieth of an element. Further off elements would be bent
+        let most = 0.05 * spread(&masters) / (masters.len() as f64).sqrt();
+        let most = if tie.moves { most } else { 1e-4 * most };
+        let within = tie.tolerance.map_or(most, |t| t.min(most));
         let mut now: HashMap<usize, usize> = HashMap::new();
         for &s in &slaves {
             let nearest =

@@ -43,6 +43,20 @@ const MECHANICS: [&str; 20] = [
     "INCLUDE",
 ];
 
+/// Keywords that make or move nodes and elements.
+const GENERATORS: [&str; 10] = [
+    "SYSTEM",
+    "NCOPY",
+    "NFILL",
+    "NGEN",
+    "NMAP",
+    "ELCOPY",
+    "ELGEN",
+    "ELEMENT MATRIX",
+    "IMPERFECTION",
+    "IMPORT",
+];
+
 /// Whether a text begins like a deck: with a keyword, behind comments.
 pub fn is_deck(bytes: &[u8]) -> bool {
     let start = String::from_utf8_lossy(&bytes[..bytes.len().min(20_000)]).into_owned();
@@ -223,6 +237,25 @@ impl Deck {
             };
             return Err(error(keyword.line, format!("*{name} {what}"), help));
         }
+        let refuse = |what: String, help: &str| Err(error(keyword.line, what, help));
+        if GENERATORS.contains(&name) {
+            let help = "write the deck anew with all its nodes and elements";
+            return refuse(format!("*{name} makes or moves nodes or elements"), help);
+        }
+        if let Some(key) = ["INPUT", "SYSTEM"].into_iter().find(|k| keyword.get(k).is_some())
+            && matches!(name, "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE")
+        {
+            let help = "write the deck anew with its nodes and elements in it, along x, y and z";
+            return refuse(format!("*{name} with {key}= is not read"), help);
+        }
+        // rows of matrices are then along these axes
+        if self.only_nodes && name == "TRANSFORM" {
+            let help = "leave the deck out, and name rows";
+            return refuse("*TRANSFORM turns the directions of nodes".to_owned(), help);
+        }
+        if name == "TIE" && keyword.get("CYCLIC SYMMETRY").is_some() {
+            return refuse("*TIE of cyclic symmetry is not read".to_owned(), "mesh the whole body");
+        }
         match name {
             "PART" => {
                 let name = keyword.get("NAME").unwrap_or_default().to_owned();
@@ -262,11 +295,28 @@ impl Deck {
             let message = format!("*INSTANCE of the part \"{of}\", which the deck does not have");
             return Err(error(keyword.line, message, "write the part before its instance"));
         };
+        if self.all.instances.iter().any(|i| i.name.eq_ignore_ascii_case(&name)) {
+            let message = format!("has two instances \"{name}\"");
+            return Err(error(keyword.line, message, "give each a name of its own"));
+        }
         let instance = Instance { name, part: part.clone(), ..Instance::default() };
         self.scope = Scope::Instance(self.all.instances.len());
         self.lines = 0;
         self.all.instances.push(instance);
         Ok(())
+    }
+
+    /// Whether a set is one of an instance that is there.
+    fn check_instance(&self, line: usize, name: Option<&str>) -> Result<(), GmshError> {
+        let is_it = |n: &str| self.all.instances.iter().any(|i| i.name.eq_ignore_ascii_case(n));
+        match name.filter(|n| !is_it(n)) {
+            None => Ok(()),
+            Some(n) => {
+                let message =
+                    format!("a set is of the instance \"{n}\", which the deck does not have");
+                Err(error(line, message, "write the deck anew"))
+            }
+        }
     }
 
     /// What lines belong to.
@@ -416,6 +466,7 @@ impl Deck {
             }
             ("NSET" | "ELSET", _) => {
                 let instance = keyword.get("INSTANCE");
+                self.check_instance(line, instance)?;
                 let name = keyword.get(&keyword.name).unwrap_or_default().to_owned();
                 let mut members: Vec<Member> = vec![];
                 if keyword.parameters.iter().any(|p| p.0 == "GENERATE") {
@@ -475,7 +526,8 @@ impl Deck {
                 };
                 let [slave, master] = [slave, master].map(|w| w.trim_matches('"').to_owned());
                 let tolerance = keyword.get("POSITION TOLERANCE").and_then(real);
-                self.all.ties.push(Tie { line, slave, master, tolerance });
+                let moves = !keyword.get("ADJUST").is_some_and(|a| a.eq_ignore_ascii_case("no"));
+                self.all.ties.push(Tie { line, slave, master, tolerance, moves });
             }
             _ => {}
         }
@@ -568,6 +620,10 @@ mod tests {
             ("*Heading", "*PART, NAME=A\n*PART, NAME=B", "has 2 parts"),
             ("*Heading", "*INSTANCE, NAME=A-1, PART=A", "does not have"),
             ("*STEP", "*TIE, NAME=t\nnose", "two surfaces"),
+            ("*STEP", "*TIE, NAME=t, CYCLIC SYMMETRY\nnose, nose", "cyclic"),
+            ("*Heading", "*SYSTEM\n0,0,0,0,1,0", "makes or moves"),
+            ("*Node, nset=ALL", "*Node, nset=ALL, INPUT=a.txt", "INPUT="),
+            ("*NSET, NSET=wall", "*NSET, NSET=wall, INSTANCE=A-1", "\"A-1\""),
             ("*STEP", "*TIE, NAME=t\nnose, tip", "\"tip\""),
         ] {
             let said = read(SQUARE.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
@@ -589,5 +645,9 @@ mod tests {
         let all = ("ALL".to_owned(), vec![1, 2, 3, 4, 5, 6]);
         assert_eq!(found.sets, [all, ("wall".to_owned(), vec![1, 4])]);
         assert!(places(b"*HEADING\n").unwrap_err().to_string().contains("no nodes"));
+        let turned = text.replacen("*Heading", "*TRANSFORM, NSET=ALL\n0,1,0,-1,0,0\n*Heading", 1);
+        assert!(
+            places(turned.as_bytes()).unwrap_err().to_string().contains("turns the directions")
+        );
     }
 }

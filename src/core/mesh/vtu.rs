@@ -123,7 +123,8 @@ fn listed(piece: Node, arrays: &Arrays) -> Result<Listed, GmshError> {
     if flat.len() % 3 != 0 || flat.iter().any(|x| !x.is_finite()) {
         return Err(damaged("has points that are no places"));
     }
-    let place = |(k, p): (usize, &[f64])| (k as i64 + 1, [p[0], p[1], p[2]]);
+    // VTK counts from 0
+    let place = |(k, p): (usize, &[f64])| (k as i64, [p[0], p[1], p[2]]);
     let nodes: Vec<(i64, Point)> = flat.chunks_exact(3).enumerate().map(place).collect();
     let of_cells = |name: &str| {
         let found = in_part("Cells").find(|n| n.attribute("Name") == Some(name));
@@ -134,6 +135,12 @@ fn listed(piece: Node, arrays: &Arrays) -> Result<Listed, GmshError> {
         (of_cells("connectivity")?, of_cells("offsets")?, of_cells("types")?);
     if offsets.len() != kinds.len() {
         return Err(damaged(format!("has {} cells and {} types", offsets.len(), kinds.len())));
+    }
+    for (key, found) in [("NumberOfPoints", nodes.len()), ("NumberOfCells", kinds.len())] {
+        let said = piece.attribute(key).and_then(|n| n.trim().parse::<usize>().ok());
+        if let Some(said) = said.filter(|n| *n != found) {
+            return Err(damaged(format!("says {key}=\"{said}\", and has {found}")));
+        }
     }
     let (mut cells, mut rows, mut begin) = (vec![], vec![], 0);
     for (k, (&end, &kind)) in offsets.iter().zip(&kinds).enumerate() {
@@ -157,6 +164,12 @@ fn listed(piece: Node, arrays: &Arrays) -> Result<Listed, GmshError> {
     }
     let cell_sets = cell_sets(in_part("CellData"), arrays, (kinds.len(), &rows))?;
     let node_sets = node_sets(in_part("PointData"), arrays, nodes.len())?;
+    let names: Vec<&String> =
+        node_sets.iter().map(|s| &s.0).chain(cell_sets.iter().map(|s| &s.0)).collect();
+    if let Some(twice) = names.iter().enumerate().find(|(k, n)| names[..*k].contains(n)) {
+        let message = format!("has two groups \"{}\"", twice.1);
+        return Err(fault(message, "give data of cells and points names of their own"));
+    }
     let version = "VTK".to_owned();
     Ok(Listed { version, nodes, cells, cell_sets, node_sets, surfaces: vec![] })
 }
@@ -188,6 +201,23 @@ fn cell(kind: usize, own: &[usize], k: usize) -> Result<(Type, Vec<usize>), Gmsh
     Ok((of, nodes))
 }
 
+/// Data of one component; nothing of those that have several.
+fn column(array: Node, arrays: &Arrays, count: usize) -> Result<Vec<f64>, GmshError> {
+    let components =
+        array.attribute("NumberOfComponents").map_or(Some(1), |n| n.trim().parse().ok());
+    if components != Some(1usize) {
+        return Ok(vec![]);
+    }
+    let values = arrays.numbers(array)?;
+    match values.len() == count {
+        true => Ok(values),
+        false => {
+            let name = array.attribute("Name").unwrap_or_default();
+            Err(damaged(format!("has {} numbers in \"{name}\" for {count} of them", values.len())))
+        }
+    }
+}
+
 /// Groups of cells: by each value of whole-numbered data.
 fn cell_sets<'d>(
     data: impl Iterator<Item = Node<'d, 'd>>,
@@ -197,7 +227,7 @@ fn cell_sets<'d>(
     let mut sets = vec![];
     for array in data {
         let Some(name) = array.attribute("Name") else { continue };
-        let values = arrays.numbers(array)?;
+        let values = column(array, arrays, count)?;
         let is_whole = values.iter().all(|v| v.fract() == 0.0 && v.abs() < 1e9);
         if values.len() != count || !is_whole {
             continue;
@@ -222,7 +252,7 @@ fn node_sets<'d>(
     let mut sets = vec![];
     for array in data {
         let Some(name) = array.attribute("Name") else { continue };
-        let values = arrays.numbers(array)?;
+        let values = column(array, arrays, count)?;
         let is_mark = |v: &f64| *v == 0.0 || *v == 1.0;
         if values.len() != count || !values.iter().all(is_mark) || !values.contains(&1.0) {
             continue;
