@@ -84,7 +84,7 @@ fn nodes_and_sets_are_rows() {
 fn gaps_that_have_no_place_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for (deck, gap, words) in [
-        ("plate.inp", "1e-4 + 1e-5*y", "body.deck has no node 101"),
+        ("plate.inp", "1e-4 + 1e-5*y", "no node of row 101.3"),
         ("block.inp", "1e-4/(y - y)", "at 101.3"),
     ] {
         let text = format!(
@@ -122,8 +122,8 @@ fn what_is_no_node_is_refused() {
     }
 }
 
-fn dense(name: &str) -> DMatrix<f64> {
-    let a = read_matrix(&std::fs::read(sample(name)).unwrap(), None).unwrap().matrix;
+fn dense(path: &str) -> DMatrix<f64> {
+    let a = read_matrix(&std::fs::read(path).unwrap(), None).unwrap().matrix;
     let mut d = DMatrix::zeros(a.n_rows(), a.n_cols());
     a.triplets().for_each(|(i, j, v)| d[(i, j)] = v);
     d
@@ -164,7 +164,7 @@ struct Reduced {
 }
 
 fn craig_bampton(folder: &Path, count: usize) -> Reduced {
-    let (k, m) = (dense("block.sti"), dense("block.mas"));
+    let (k, m) = (dense(&sample("block.sti")), dense(&sample("block.mas")));
     let names = std::fs::read_to_string(sample("block.dof")).unwrap();
     let is_tip = |l: &&str| l.starts_with("10") && l.ends_with(".3");
     let places = names.split_whitespace().enumerate().filter(|(_, l)| is_tip(l));
@@ -204,7 +204,7 @@ fn superelements_of_craig_and_bampton_are_brought_to_free_interface_form() {
     let free = "[reduction]\nkind = 'free-interface'\nmodes = 6\n";
     let said =
         json(&["modes", &scene(folder.path(), files, &format!("{contact}{free}")), "--count", "4"]);
-    let (own, _) = modes(&dense_of(files[0]), &dense_of(files[1]));
+    let (own, _) = modes(&dense(files[0]), &dense(files[1]));
     for (a, b) in omega(&said, "open").iter().zip(&own) {
         assert!((a - b).abs() < 1e-8 * b, "{a} {b}");
     }
@@ -220,13 +220,6 @@ fn superelements_of_craig_and_bampton_are_brought_to_free_interface_form() {
     let said = flat(&output.stderr);
     assert_eq!(output.status.code(), Some(2));
     assert!(said.contains("stand still while they are open") && said.contains("free-interface"));
-}
-
-fn dense_of(path: &str) -> DMatrix<f64> {
-    let a = read_matrix(&std::fs::read(path).unwrap(), None).unwrap().matrix;
-    let mut d = DMatrix::zeros(a.n_rows(), a.n_cols());
-    a.triplets().for_each(|(i, j, v)| d[(i, j)] = v);
-    d
 }
 
 /// Statics of what stays are exact whatever the number of modes: pressed against the obstacle the superelement bears the forces of the whole body. Its energy closes in motion, and its rows keep their

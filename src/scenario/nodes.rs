@@ -53,11 +53,24 @@ impl Scene {
             places.nodes.iter().map(|(n, place)| (n.to_string(), *place)).collect();
         let of_row = |(k, name): (usize, &DofName)| Some((k, *at.get(&name.node)?));
         self.rows.places = self.rows.names.iter().enumerate().filter_map(of_row).collect();
-        let Some(contact) = &self.contact else { return Ok(()) };
+        if let Some((rows, is_back)) = self.rows_at_nodes(&places)? {
+            if is_back {
+                self.rows.flipped.extend(&rows);
+            }
+            if let Some(contact) = &mut self.contact {
+                contact.displacements = Some(rows);
+            }
+        }
+        self.check_places()
+    }
+
+    /// The rows of the nodes of the contact along its direction, and whether they count the other way; none where it has no nodes.
+    fn rows_at_nodes(&mut self, places: &Places) -> Result<Option<(Vec<usize>, bool)>, Issue> {
+        let Some(contact) = &self.contact else { return Ok(None) };
         let key = |name: &str| contact.key(0, name);
         let Some(nodes) = &contact.nodes else {
             return match &contact.direction {
-                None => Ok(()),
+                None => Ok(None),
                 Some(_) => {
                     let message = "is that of nodes, and there are none";
                     Err(Issue::new(key("direction"), message, "nodes = [101, 102]"))
@@ -75,7 +88,7 @@ impl Scene {
         }
         let numbers = match nodes {
             NodesKey::Numbers(numbers) => numbers.clone(),
-            NodesKey::Set(set) => match in_set(key("nodes"), set, &places, &self.body.deck) {
+            NodesKey::Set(set) => match in_set(key("nodes"), set, places, &self.body.deck) {
                 Ok(numbers) => numbers,
                 Err(issue) if places.nodes.is_empty() => {
                     self.rows.missing.get_or_insert(issue);
@@ -84,42 +97,45 @@ impl Scene {
                 Err(issue) => return Err(issue),
             },
         };
-        let rows: Vec<usize> = match &self.rows.missing {
-            // any rows that are no others: they are not read
-            Some(_) => (0..numbers.len().max(1)).collect(),
-            None => {
-                let names = &self.rows.names;
-                let place: HashMap<&DofName, usize> =
-                    names.iter().enumerate().map(|(k, name)| (name, k)).collect();
-                let row = |n: &i64| {
-                    let name = DofName { node: n.to_string(), direction: axis };
-                    let missing = || unknown(key("nodes"), &name.to_string(), names);
-                    place.get(&name).copied().ok_or_else(missing)
-                };
-                if let Some((_, twice)) =
-                    numbers.iter().enumerate().find(|(k, n)| numbers[..*k].contains(n))
-                {
-                    let message = format!("names {twice} twice");
-                    return Err(Issue::new(key("nodes"), message, "give it once"));
-                }
-                numbers.iter().map(row).collect::<Result<_, _>>()?
-            }
+        if self.rows.missing.is_some() {
+            // any rows: they are not read
+            return Ok(Some(((0..numbers.len().max(1)).collect(), is_back)));
+        }
+        let twice = numbers.iter().enumerate().find(|(k, n)| numbers[..*k].contains(n));
+        if let Some((_, twice)) = twice {
+            let message = format!("names {twice} twice");
+            return Err(Issue::new(key("nodes"), message, "give it once"));
+        }
+        let names = &self.rows.names;
+        let place: HashMap<&DofName, usize> =
+            names.iter().enumerate().map(|(k, name)| (name, k)).collect();
+        let row = |n: &i64| {
+            let name = DofName { node: n.to_string(), direction: axis };
+            let missing = || unknown(key("nodes"), &name.to_string(), names);
+            place.get(&name).copied().ok_or_else(missing)
         };
-        let lost = rows.iter().zip(&numbers).find(|(row, _)| !self.rows.places.contains_key(row));
-        if let Some((_, node)) = lost.filter(|_| self.rows.missing.is_none())
-            && matches!(contact.gap(), Some(Field::Expression { .. }))
-            && self.body.deck.is_some()
-        {
-            let message = format!("is an expression of places, and body.deck has no node {node}");
-            return Err(Issue::new(key("gap"), message, "give the deck of these matrices"));
+        let rows: Vec<usize> = numbers.iter().map(row).collect::<Result<_, _>>()?;
+        Ok(Some((rows, is_back)))
+    }
+
+    /// Gaps that are expressions of places need those of all contact displacements.
+    fn check_places(&self) -> Result<(), Issue> {
+        let Some(contact) = &self.contact else { return Ok(()) };
+        let by_places = matches!(contact.gap(), Some(Field::Expression { .. }));
+        if !by_places || self.body.deck.is_none() || self.rows.missing.is_some() {
+            return Ok(());
         }
-        if is_back {
-            self.rows.flipped.extend(&rows);
+        let rows = contact.displacements.as_deref().unwrap_or_default();
+        match rows.iter().find(|row| !self.rows.places.contains_key(row)) {
+            None => Ok(()),
+            Some(row) => {
+                let row = self.rows.label(*row);
+                let message =
+                    format!("is an expression of places, and body.deck has no node of row {row}");
+                let help = "give the deck of these matrices";
+                Err(Issue::new(contact.key(0, "gap"), message, help))
+            }
         }
-        if let Some(contact) = &mut self.contact {
-            contact.displacements = Some(rows);
-        }
-        Ok(())
     }
 
     /// Nodes and sets of the deck beside the matrices; nothing without one.
