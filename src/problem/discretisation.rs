@@ -14,8 +14,7 @@ pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
     };
     // meshes have defaults of their own: those that work with every element
     let is_mesh = scene.body.kind.has_groups();
-    let by_forces = c.has_pairs() || c.swings() || c.at_nodes().is_some() || c.by_nodes();
-    let slides = slides || by_forces || scene.rows.superelement.is_some();
+    let slides = slides || c.takes_forces() || scene.rows.superelement.is_some();
     let stress = match c.stress {
         _ if c.is_reaction() => Stress::Reaction,
         None if slides => Stress::Reaction,

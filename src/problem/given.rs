@@ -443,10 +443,6 @@ fn check_symmetric(
     Ok(())
 }
 
-fn contact_has_field(scene: &Scene) -> bool {
-    scene.contact.as_ref().is_some_and(|c| c.gap().is_some())
-}
-
 /// The contact displacements and their gaps.
 fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), ProblemError> {
     let rows = scene.contact.as_ref().and_then(|c| c.displacements.clone()).unwrap_or_default();
@@ -459,7 +455,7 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), Prob
     if gap.len() != rows.len() || gap.iter().any(|g| !g.is_finite()) {
         let odd = gap.iter().zip(&rows).find(|(g, _)| !g.is_finite());
         let (key, message) = match odd {
-            Some((g, row)) if contact_has_field(scene) => {
+            Some((g, row)) if scene.contact.as_ref().is_some_and(|c| c.gap().is_some()) => {
                 ("contact.gap", format!("is {g} at {}", scene.rows.label(*row)))
             }
             _ => {

@@ -519,14 +519,15 @@ pub struct Motion {
 impl Contact {
     /// Whether the pressure is the nodal reaction.
     pub(crate) fn is_reaction(&self) -> bool {
-        let by_forces = self.has_friction()
-            || self.has_pairs()
-            || self.swings()
-            || self.at_nodes().is_some()
-            || self.nodes.is_some();
+        let by_forces = self.has_friction() || self.takes_forces();
         self.method == ContactMethod::MassRedistribution
             || self.stress == Some(StressKey::Reaction)
             || by_forces && self.stress.is_none()
+    }
+
+    /// Whether it asks for forces at nodes, friction aside: pairs, gaps that move, contact by nodes.
+    pub fn takes_forces(&self) -> bool {
+        self.has_pairs() || self.swings() || self.at_nodes().is_some() || self.by_nodes()
     }
 
     /// The first obstacle before chosen nodes.

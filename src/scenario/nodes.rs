@@ -8,6 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
 use super::names::{NAME_THEM, unknown};
+use super::number::Check;
 use super::{BodyKind, Field, Issue, Scene};
 use crate::fem::formats::DofName;
 use crate::mesh::deck::{self, Places};
@@ -101,11 +102,7 @@ impl Scene {
             // any rows: they are not read
             return Ok(Some(((0..numbers.len().max(1)).collect(), is_back)));
         }
-        let twice = numbers.iter().enumerate().find(|(k, n)| numbers[..*k].contains(n));
-        if let Some((_, twice)) = twice {
-            let message = format!("names {twice} twice");
-            return Err(Issue::new(key("nodes"), message, "give it once"));
-        }
+        check_once(&numbers, || key("nodes"))?;
         let names = &self.rows.names;
         let place: HashMap<&DofName, usize> =
             names.iter().enumerate().map(|(k, name)| (name, k)).collect();
@@ -148,6 +145,14 @@ impl Scene {
         let help = "give the deck (.inp) that the matrices come from, relative to the scene";
         let bytes = std::fs::read(&path).map_err(|e| issue(e.to_string(), help.to_owned()))?;
         deck::places(&bytes).map_err(|e| issue(e.place() + &e.message, e.help))
+    }
+}
+
+/// Each node is named once.
+pub(super) fn check_once(nodes: &[i64], key: impl Fn() -> String) -> Check {
+    match nodes.iter().enumerate().find(|(k, n)| nodes[..*k].contains(n)) {
+        None => Ok(()),
+        Some((_, twice)) => Err(Issue::new(key(), format!("names {twice} twice"), "give it once")),
     }
 }
 

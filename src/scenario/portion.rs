@@ -1,5 +1,6 @@
 //! Contact on a part of an edge or a group: `from`, `box`, `where`; at chosen nodes of it: `nodes`.
 
+use super::nodes::check_once;
 use super::number::{Check, finite, length};
 use super::{BodyKind, Field, Issue, Scene};
 use crate::mesh::Point;
@@ -133,16 +134,7 @@ impl Portion {
             Portion::Nodes(nodes) if nodes.is_empty() => {
                 issue("names no node", "nodes = [12, 17], or remove the key")
             }
-            Portion::Nodes(nodes) => {
-                match nodes.iter().enumerate().find(|(k, n)| nodes[..*k].contains(n)) {
-                    None => Ok(()),
-                    Some((_, twice)) => Err(Issue::new(
-                        key("nodes"),
-                        format!("names {twice} twice"),
-                        "give it once",
-                    )),
-                }
-            }
+            Portion::Nodes(nodes) => check_once(nodes, || key("nodes")),
         }
     }
 }
