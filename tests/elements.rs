@@ -2,7 +2,7 @@
 //! element.
 
 use crate::common::rectangle::rectangle;
-use signorini::fem::{Body, DofMap, Held, Material, SpdFactor, StressState, eigen, load};
+use signorini::fem::{Body, DofMap, Held, MassForm, Material, SpdFactor, StressState, eigen, load};
 use signorini::mesh::ElementKind;
 
 fn is_quadratic(kind: ElementKind) -> bool {
@@ -23,7 +23,12 @@ fn axial_frequencies_converge_at_twice_the_order() {
             // all nodes move along x alone
             let held = [("left", 0), ("bottom", 1), ("top", 1)].map(|(g, c)| Held::along(g, c));
             let dofs = DofMap::new(&mesh, &held, &[]).unwrap();
-            let body = Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.0, 1.0, 1.0)], false);
+            let body = Body::assemble(
+                mesh,
+                dofs,
+                &[Material::plate(1.0, 0.0, 1.0, 1.0)],
+                MassForm::Consistent,
+            );
             let modes = eigen::lowest(&body.stiffness, &body.mass, 1, 1.0).unwrap();
             modes.omega[0] / exact - 1.0
         };
@@ -49,7 +54,8 @@ fn quadratic_elements_bend_exactly() {
     ] {
         let mesh = rectangle(kind, [0.0, 2.0], 1.0, (4, 3), skew);
         let dofs = DofMap::new(&mesh, &[], &[]).unwrap();
-        let body = Body::assemble(mesh, dofs, &[Material::plate(2.0, nu, 1.0, 0.5)], false);
+        let body =
+            Body::assemble(mesh, dofs, &[Material::plate(2.0, nu, 1.0, 0.5)], MassForm::Consistent);
         let of =
             |p: &[f64; 3]| [-kappa * p[0] * p[1], 0.5 * kappa * (p[0] * p[0] + nu * p[1] * p[1])];
         let u: Vec<f64> = body.mesh.nodes().iter().flat_map(of).collect();
@@ -85,7 +91,7 @@ fn thick_cylinders_converge_at_twice_the_order() {
                 let mesh = rectangle(kind, [a, b], h, (n, n / 2), 0.0);
                 let held = [Held::along("bottom", 1), Held::along("top", 1)];
                 let dofs = DofMap::new(&mesh, &held, &[]).unwrap();
-                let body = Body::assemble(mesh, dofs, &[material], false);
+                let body = Body::assemble(mesh, dofs, &[material], MassForm::Consistent);
                 let force = load::traction(&body, "left", &[p, 0.0]);
                 // the pressure on the whole inner face
                 let total: f64 = force.iter().sum();

@@ -4,7 +4,9 @@ use crate::common::root;
 use signorini::contact::Gaps;
 use signorini::contact::phase_modes;
 use signorini::contact::{ContactError, Contacts, MassChoice, State, States, Stress, System};
-use signorini::fem::{Body, DofMap, Facing, Held, Material, Shape, StressState, eigen, shape};
+use signorini::fem::{
+    Body, DofMap, Facing, Held, MassForm, Material, Shape, StressState, eigen, shape,
+};
 use signorini::mesh::ElementKind;
 use signorini::mesh::gmsh::{GmshError, Imported, Sides, read};
 use signorini::scenario::{Inertia, Integrator};
@@ -77,7 +79,7 @@ fn bodies_have_the_matrices_of_the_prototype() {
         let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state };
         // the whole body, before its supports
         let free = DofMap::new(&file.mesh, &[], &[]).unwrap();
-        let body = Body::assemble(file.mesh.clone(), free, &[material], false);
+        let body = Body::assemble(file.mesh.clone(), free, &[material], MassForm::Consistent);
         let n = body.stiffness.n_rows();
         let found: f64 = body.stiffness.triplets().filter(|t| t.0 == t.1).map(|t| t.2).sum();
         assert!((found / trace - 1.0).abs() < 1e-10, "{name}: trace {found}");
@@ -85,7 +87,7 @@ fn bodies_have_the_matrices_of_the_prototype() {
         let exact = if dim == 2 { 0.5 } else { 0.25 };
         assert!((mass - exact).abs() < 1e-10, "{name}: mass {mass}");
         let held = DofMap::new(&file.mesh, &clamped(dim), &[]).unwrap();
-        let body = Body::assemble(file.mesh, held, &[material], false);
+        let body = Body::assemble(file.mesh, held, &[material], MassForm::Consistent);
         let modes = eigen::lowest(&body.stiffness, &body.mass, 3, 1.0).unwrap();
         for (w, exact) in modes.omega.iter().zip(frequencies) {
             assert!((w / exact - 1.0).abs() < 1e-8, "{name}: {w} {exact}");
@@ -181,7 +183,7 @@ fn both_formats_say_the_same() {
     // the second square goes round the other way, and is turned
     let material = Material::plate(1.0, 0.3, 1.0, 1.0);
     let dofs = DofMap::new(&new.mesh, &[], &[]).unwrap();
-    let body = Body::assemble(new.mesh, dofs, &[material, material], false);
+    let body = Body::assemble(new.mesh, dofs, &[material, material], MassForm::Consistent);
     assert!((body.nodal_mass().iter().sum::<f64>() - 0.5).abs() < 1e-15);
 }
 
@@ -408,7 +410,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
         let (facing, tag) = if dim == 3 { ("xmax", 5) } else { ("right", 2) };
         for (inertia, [e0, t1, switches, end, norm]) in runs {
             let dofs = DofMap::new(&file.mesh, &clamped(dim), &[Facing::surface(facing)]).unwrap();
-            let body = Body::assemble(file.mesh.clone(), dofs, &[material], false);
+            let body = Body::assemble(file.mesh.clone(), dofs, &[material], MassForm::Consistent);
             let (n_o, n_c) = (body.dofs.n_o, body.dofs.n_c);
             // the first contact node of the prototype is that with the lowest tag
             let node = file.node_tags.iter().position(|t| *t == tag).unwrap();
@@ -455,7 +457,7 @@ fn a_projected_stress_on_triangles_is_refused() {
         let file = imported(name);
         let dofs = DofMap::new(&file.mesh, &clamped(2), &[Facing::surface("right")]).unwrap();
         let material = Material::plate(1.0, 0.3, 1.0, 1.0);
-        let body = Body::assemble(file.mesh, dofs, &[material], false);
+        let body = Body::assemble(file.mesh, dofs, &[material], MassForm::Consistent);
         let gap = vec![0.3; body.dofs.n_c];
         let contacts = Contacts { gaps: Gaps::front(gap), lumped: false };
         let refused = System::new(body, &contacts, (Stress::Projection, MassChoice::Paper));

@@ -4,6 +4,8 @@
 mod elements;
 #[path = "orders/harmonics.rs"]
 mod harmonics;
+#[path = "orders/masses.rs"]
+mod masses;
 #[path = "orders/steps.rs"]
 mod steps;
 

@@ -6,7 +6,7 @@ use crate::common::cuboid::cuboid;
 use crate::common::rectangle::msh;
 use signorini::contact::{Contacts, Gaps, MassChoice, Stress, System};
 use signorini::event::{Report, Silent};
-use signorini::fem::{Body, DofMap, Facing, Fix, Held, Material, StressState, eigen};
+use signorini::fem::{Body, DofMap, Facing, Fix, Held, MassForm, Material, StressState, eigen};
 use signorini::mesh::slender::stiff_in_bending;
 use signorini::mesh::{ElementKind, Family, Mesh, Point};
 use signorini::problem::{Problem, ProblemError};
@@ -29,7 +29,7 @@ const MATERIAL: Material =
 
 fn frequencies(mesh: Mesh, held: &[Held], material: Material, n: usize, unit: f64) -> Vec<f64> {
     let dofs = DofMap::new(&mesh, held, &[]).unwrap();
-    let body = Body::assemble(mesh, dofs, &[material], false);
+    let body = Body::assemble(mesh, dofs, &[material], MassForm::Consistent);
     eigen::lowest(&body.stiffness, &body.mass, n, unit).unwrap().omega
 }
 
@@ -346,7 +346,7 @@ fn uniform_strain_gives_its_stress_on_faces() {
                 }
                 let dofs = DofMap::new(&mesh, &[], &[Facing::surface(group)]).unwrap();
                 let u = dofs.gather(&nodal);
-                let body = Body::assemble(mesh.clone(), dofs, &[MATERIAL], false);
+                let body = Body::assemble(mesh.clone(), dofs, &[MATERIAL], MassForm::Consistent);
                 let gaps = Gaps::front(vec![1.0; body.dofs.n_c]);
                 let contacts = Contacts { gaps, lumped: false };
                 let system = System::new(body, &contacts, (stress, MassChoice::Condensed));
@@ -472,7 +472,7 @@ fn obstacles_meet_at_corners_in_space() {
     let areas = |order: &[&str]| {
         let facing: Vec<Facing> = order.iter().map(|g| Facing::surface(g)).collect();
         let dofs = DofMap::new(&mesh, &[], &facing).unwrap();
-        let body = Body::assemble(mesh.clone(), dofs, &[MATERIAL], false);
+        let body = Body::assemble(mesh.clone(), dofs, &[MATERIAL], MassForm::Consistent);
         let gaps = Gaps::front(vec![1.0; body.dofs.n_c]);
         let contacts = Contacts { gaps, lumped: false };
         let system = System::new(body, &contacts, (Stress::Reaction, MassChoice::Condensed));

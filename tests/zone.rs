@@ -245,3 +245,38 @@ fn other_bodies_go_as_one() {
         assert!(Zoned::new(&problem(&text).system).is_none(), "{text}");
     }
 }
+
+/// Gmsh numbers nodes as it makes them: the body is the same however they are numbered, and so is its zone.
+#[test]
+fn numbers_of_nodes_say_nothing() {
+    let mesh = rectangle(ElementKind::Quad4, [0.0, 4.0], 0.4, (120, 8), 0.2);
+    let n = mesh.n_nodes();
+    let new = |k: usize| (k * 647 + 5) % n;
+    assert_ne!(n % 647, 0);
+    let mut nodes = vec![[0.0; 3]; n];
+    (0..n).for_each(|k| nodes[new(k)] = mesh.nodes()[k]);
+    let mut blocks = mesh.blocks().to_vec();
+    blocks.iter_mut().flat_map(|b| &mut b.connectivity).for_each(|k| *k = new(*k));
+    let groups: BTreeMap<String, Vec<Facet>> =
+        mesh.groups().map(|g| (g.to_owned(), mesh.group(g).to_vec())).collect();
+    let shuffled = Mesh::new(2, nodes, blocks, groups);
+    let folder = tempfile::tempdir().unwrap();
+    let of = |name: &str, mesh: &Mesh| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, msh(mesh, |_| 0)).unwrap();
+        let text = plate([120, 8], "gap = 0.05", "")
+            .replace("kind = \"plate\"", &format!("kind = \"mesh\"\nfile = \"{}\"", file.display()))
+            .replace("size = [4.0, 0.4]\nelements = [120, 8]\n", "")
+            .replace("edge = ", "group = ");
+        let body = problem(&text);
+        assert!(Zoned::new(&body.system).is_some());
+        run(&scene(&text), &body, true, None)
+    };
+    let ((ordered, seen), (other, as_made)) = (of("ordered.msh", &mesh), of("made.msh", &shuffled));
+    assert!(seen.switches.len() > 10 && seen.switches.len() == as_made.switches.len());
+    for (a, b) in seen.switches.iter().zip(&as_made.switches) {
+        assert!((a.t - b.t).abs() < 1e-10 && new(a.node) == b.node, "{} {}", a.t, b.t);
+    }
+    let products = |r: &Report| r.counters.products as f64;
+    assert!((products(&other) / products(&ordered) - 1.0).abs() < 0.05);
+}

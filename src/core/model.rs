@@ -12,7 +12,7 @@ use crate::contact::{
 };
 use crate::event::{self, Options, Report, Silent};
 use crate::fem::{
-    Body, ContactRows, Csr, DofMap, Facing, FemError, FrameError, Held, Material, load,
+    Body, ContactRows, Csr, DofMap, Facing, FemError, FrameError, Held, MassForm, Material, load,
 };
 use crate::flow::{Tolerances, auto};
 use crate::mesh::{Mesh, Point, structured};
@@ -39,7 +39,7 @@ pub enum ModelError {
 /// Where the body comes from.
 #[derive(Debug, Clone)]
 enum Source {
-    Elements { mesh: Mesh, materials: Vec<Material>, is_lumped: bool },
+    Elements { mesh: Mesh, materials: Vec<Material>, form: MassForm },
     Matrices { mass: Csr, stiffness: Csr, contact: Vec<usize> },
 }
 
@@ -82,13 +82,14 @@ impl Model {
     }
 
     fn structured(mesh: Mesh, material: Material) -> Model {
-        let source = Source::Elements { mesh, materials: vec![material], is_lumped: false };
+        let form = MassForm::Consistent;
+        let source = Source::Elements { mesh, materials: vec![material], form };
         Model::new(source, (Stress::Projection, MassChoice::Paper))
     }
 
     /// A mesh with one material a region; stress as nodal mean and a constant mass, which work with every element.
     pub fn mesh(mesh: Mesh, materials: Vec<Material>) -> Model {
-        let source = Source::Elements { mesh, materials, is_lumped: false };
+        let source = Source::Elements { mesh, materials, form: MassForm::Consistent };
         Model::new(source, (Stress::NodalMean, MassChoice::Condensed))
     }
 
@@ -98,10 +99,15 @@ impl Model {
         Model::new(source, (Stress::Reaction, MassChoice::Condensed))
     }
 
-    /// Row sums of the mass on its diagonal.
-    pub fn lumped(mut self) -> Model {
-        if let Source::Elements { is_lumped, .. } = &mut self.source {
-            *is_lumped = true;
+    /// A diagonal mass ([`MassForm::Lumped`]).
+    pub fn lumped(self) -> Model {
+        self.mass_form(MassForm::Lumped)
+    }
+
+    /// How the mass of the elements is spread.
+    pub fn mass_form(mut self, wanted: MassForm) -> Model {
+        if let Source::Elements { form, .. } = &mut self.source {
+            *form = wanted;
         }
         self
     }
@@ -172,7 +178,7 @@ impl Model {
     pub fn build(self) -> Result<System, ModelError> {
         let Model { source, held, facing, choice, law, damping, forces } = self;
         let mut system = match source {
-            Source::Elements { mesh, materials, is_lumped } => {
+            Source::Elements { mesh, materials, form } => {
                 let groups = held.iter().map(|h| &h.group).chain(facing.iter().map(|f| &f.0.group));
                 if let Some(unknown) = groups.into_iter().find(|g| mesh.group(g).is_empty()) {
                     return Err(ModelError::Group(unknown.clone()));
@@ -181,7 +187,7 @@ impl Model {
                 let number = if law.is_some() { DofMap::beside } else { DofMap::new };
                 let dofs = number(&mesh, &held, &before).map_err(ModelError::Frame)?;
                 let gap_of = |group: usize| facing[group].1;
-                let body = Body::assemble(mesh, dofs, &materials, is_lumped);
+                let body = Body::assemble(mesh, dofs, &materials, form);
                 match law {
                     Some(law) => {
                         let sites = on_sides(&body);

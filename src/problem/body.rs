@@ -11,13 +11,13 @@ use super::imported;
 use super::materials::materials;
 use super::pairs;
 use crate::contact::{Contacts, Gaps};
-use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, Material, finer};
+use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, MassForm, Material, finer};
 use crate::matrices::read_matrix;
 use crate::mesh::point::{minus, norm};
 use crate::mesh::{Facet, Mesh, Point, bounds, structured};
 use crate::scenario;
 use crate::scenario::{
-    BodyKind, Contact, Direction, Issue, MassKind, Obstacle, Portion, Scene, Support,
+    BodyKind, BoundaryMass, Contact, Direction, Issue, MassKind, Obstacle, Portion, Scene, Support,
 };
 
 /// The mesh of a scene; regions are its materials.
@@ -215,6 +215,15 @@ fn placed(mesh: Mesh, b: &scenario::Body) -> Mesh {
     })
 }
 
+/// How a scene spreads the mass.
+fn form_of(kind: MassKind) -> MassForm {
+    match kind {
+        MassKind::Consistent => MassForm::Consistent,
+        MassKind::Lumped => MassForm::Lumped,
+        MassKind::ScaledDiagonal => MassForm::ScaledDiagonal,
+    }
+}
+
 /// The body of a scene.
 pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
     let form = shape(scene)?;
@@ -222,7 +231,7 @@ pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
     let materials = materials(scene);
     let dofs = numbering(scene, &form, &materials)?;
     imported::check_elements(scene, &form, &dofs)?;
-    let body = Body::assemble(form.mesh, dofs, &materials, b.mass == MassKind::Lumped);
+    let body = Body::assemble(form.mesh, dofs, &materials, form_of(b.mass));
     let body = elements::attach(scene, body)?;
     if let Some(issue) = empty(scene, &body) {
         return Err(scene.error(issue).into());
@@ -400,5 +409,5 @@ pub(super) fn contacts(scene: &Scene, body: &Body) -> Result<Contacts, ProblemEr
         }
     }
     let gaps = Gaps { front: gap, behind: behind.into_iter().collect() };
-    Ok(Contacts { gaps, lumped: c.boundary_mass == MassKind::Lumped })
+    Ok(Contacts { gaps, lumped: c.boundary_mass == BoundaryMass::Lumped })
 }

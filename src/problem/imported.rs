@@ -8,7 +8,7 @@ use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::deck;
 use crate::mesh::gmsh::{self, File, Imported, Sides};
 use crate::mesh::vtu;
-use crate::mesh::{ElementKind, Facet, Family, Mesh};
+use crate::mesh::{Block, ElementKind, Facet, Family, Mesh};
 use crate::scenario::{Body, ContactMethod, Issue, MassKind, Scene, State, StressKey};
 
 /// A mesh of Gmsh, a deck of Abaqus or CalculiX, or a file of VTK.
@@ -219,11 +219,21 @@ pub(super) fn check_elements(
             return fail("body.file".to_owned(), message, help);
         }
     }
-    let quadratic = mesh.blocks().iter().any(|b| b.kind.is_quadratic());
-    if scene.body.mass == MassKind::Lumped && quadratic {
-        let message = "\"lumped\" gives nodes of second-order elements no mass, or a negative one";
-        let help = "give mass = \"consistent\", or mesh with first-order elements";
-        return fail("body.mass".to_owned(), message.to_owned(), help);
+    // Simpson's rule gives nodes on the axis of a ring nothing
+    let has_simpson = |k: ElementKind| {
+        matches!(k, ElementKind::Quad9 | ElementKind::Hex27)
+            && scene.body.state != Some(State::Axisymmetric)
+    };
+    let massless = |b: &&Block| b.kind.is_quadratic() && !has_simpson(b.kind);
+    let massless = mesh.blocks().iter().find(massless);
+    if let Some(block) = massless.filter(|_| scene.body.mass == MassKind::Lumped) {
+        let message = format!(
+            "\"lumped\" gives nodes of second-order elements ({}) no mass, or a negative one",
+            block.kind.name()
+        );
+        let help = "give mass = \"scaled-diagonal\" or \"consistent\", or mesh with elements of first order, \
+                    quadrilaterals of nine nodes or hexahedra of 27";
+        return fail("body.mass".to_owned(), message, help);
     }
     if scene.body.state == Some(State::Axisymmetric) {
         let size = mesh.length();

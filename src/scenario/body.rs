@@ -89,12 +89,25 @@ pub enum State {
 
 /// How a mass matrix is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum MassKind {
     /// `∫ ρ Pᵀ P`.
     #[default]
     Consistent,
-    /// Row sums on the diagonal; elements of first order.
+    /// On the diagonal: row sums of elements of first order, Simpson's rule of nine-node quadrilaterals and 27-node hexahedra; others of second order have nodes without mass.
+    Lumped,
+    /// The consistent mass's diagonal, scaled to the mass of each element (Hinton, Rock and Zienkiewicz): for every element.
+    ScaledDiagonal,
+}
+
+/// How the mass matrix of the boundary is integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum BoundaryMass {
+    /// `∫ N_i N_j`.
+    #[default]
+    Consistent,
+    /// Row sums on the diagonal.
     Lumped,
 }
 

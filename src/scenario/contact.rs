@@ -14,8 +14,8 @@ use super::number::{Check, finite, length, positive};
 use super::portion::Portion;
 use super::side::{EdgeKey, side};
 use super::{
-    Activation, BodyKind, ContactMethod, Field, Inertia, Instants, Issue, METHOD_KEYS, MassKind,
-    RedistributedMass, Scene, StressKey, Swings, TangentKey,
+    Activation, BodyKind, BoundaryMass, ContactMethod, Field, Inertia, Instants, Issue,
+    METHOD_KEYS, RedistributedMass, Scene, StressKey, Swings, TangentKey,
 };
 
 /// `[contact]`, or all tables `[[contact]]`: rigid obstacles and one contact method.
@@ -45,7 +45,7 @@ pub struct Contact {
     /// File of `N_O`, `n_C × n_O`, the other displacements in their order.
     pub n_o: Option<String>,
     /// `G`: consistent or lumped.
-    pub boundary_mass: MassKind,
+    pub boundary_mass: BoundaryMass,
     /// How contact is modelled.
     pub method: ContactMethod,
     /// `nbm`: where the pressure comes from.
@@ -205,7 +205,7 @@ pub(super) struct Table {
     n_o: Option<String>,
     /// `nbm` with `stress = "projection"`: how `G`, the mass matrix of the boundary, is integrated.
     #[schemars(extend("default" = "consistent"))]
-    boundary_mass: Option<MassKind>,
+    boundary_mass: Option<BoundaryMass>,
     /// How contact is modelled; one choice for the body.
     #[schemars(extend("default" = "nbm"))]
     method: Option<ContactMethod>,
@@ -668,7 +668,7 @@ impl Contact {
 
     /// The keys that a method does not read.
     fn check_method(&self) -> Check {
-        let is_lumped = self.boundary_mass == MassKind::Lumped;
+        let is_lumped = self.boundary_mass == BoundaryMass::Lumped;
         let has = |key: &str| match key {
             "stress" => self.stress.is_some(),
             "inertia" => self.inertia.is_some(),

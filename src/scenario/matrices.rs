@@ -1,7 +1,7 @@
 //! What goes with a body whose matrices come from files.
 
 use super::number::Check;
-use super::{Issue, Load, LoadKind, MassKind, Scene};
+use super::{BoundaryMass, Issue, Load, LoadKind, MassKind, Scene};
 
 impl Scene {
     /// A body whose matrices come from files.
@@ -49,10 +49,10 @@ impl Scene {
             }
         }
         let lumped = [
-            ("body.mass", b.mass == MassKind::Lumped),
+            ("body.mass", b.mass != MassKind::Consistent),
             (
                 "contact.boundary_mass",
-                self.contact.as_ref().is_some_and(|c| c.boundary_mass == MassKind::Lumped),
+                self.contact.as_ref().is_some_and(|c| c.boundary_mass == BoundaryMass::Lumped),
             ),
         ];
         if let Some((key, _)) = lumped.iter().find(|l| l.1) {

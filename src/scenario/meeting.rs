@@ -9,7 +9,7 @@ use serde::de::{self, Deserializer, Visitor};
 
 use super::number::Check;
 use super::swing::Moving;
-use super::{Contact, ContactMethod, Field, Issue, MassKind, Obstacle, RedistributedMass};
+use super::{BoundaryMass, Contact, ContactMethod, Field, Issue, Obstacle, RedistributedMass};
 
 /// How the slave's nodes are told apart from the master's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -135,7 +135,7 @@ impl Contact {
             let message = "\"optimal\" knows one direction, and two surfaces have two";
             return issue("mass", message, "give mass = \"condensed\" (the default)");
         }
-        if self.boundary_mass == MassKind::Lumped {
+        if self.boundary_mass == BoundaryMass::Lumped {
             let message = "is not read by pairs of surfaces, which take nodal reactions";
             return issue("boundary_mass", message, "remove the key");
         }

@@ -44,8 +44,8 @@ use serde::Deserialize;
 
 pub(crate) use crate::mesh::Edge;
 pub use attached::{Attached, Matrix};
-pub(crate) use body::MassKind;
 pub use body::{Body, State};
+pub(crate) use body::{BoundaryMass, MassKind};
 pub use change::Change;
 pub(crate) use contact::Obstacle;
 pub use contact::{Contact, Motion};

@@ -2,7 +2,7 @@
 //! L² and as `h^p` in the norm of the energy. Only `K` is the program's: the load vector, the shape functions (inverted matrices of monomials), the
 //! quadrature (Gauss by Newton's method, collapsed on simplices) and both norms are computed here.
 
-use signorini::fem::{Body, DofMap, Held, Material, SpdFactor, StressState};
+use signorini::fem::{Body, DofMap, Held, MassForm, Material, SpdFactor, StressState};
 use signorini::mesh::{ElementKind, Family, Mesh, Point};
 
 use super::slope;
@@ -262,7 +262,7 @@ fn errors(kind: ElementKind, mesh: Mesh) -> (f64, f64) {
         2 => Material::plate(YOUNG, POISSON, 1.0, 1.0),
         _ => Material { young: YOUNG, poisson: POISSON, density: 1.0, state: StressState::Solid },
     };
-    let body = Body::assemble(mesh, dofs, &[material], false);
+    let body = Body::assemble(mesh, dofs, &[material], MassForm::Consistent);
     let (_, exponents) = monomials(kind);
     let points = rule(dim, kind.family(), 4);
     let cells: Vec<(Vec<usize>, Affine)> = body

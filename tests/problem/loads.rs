@@ -2,7 +2,7 @@
 
 use signorini::contact::System;
 use signorini::contact::{grazing_scale, phase_modes};
-use signorini::fem::{Body, DofMap, Material};
+use signorini::fem::{Body, DofMap, MassForm, Material};
 
 use super::{assert_near, dense, plate, vector};
 use crate::common::{problem, scene};
@@ -118,7 +118,12 @@ fn peaks_are_those_of_the_linear_answer() {
 /// The body of [`plate`] with nothing held: `K`, `M` over all nodal displacements.
 fn unheld(of: &Body) -> (nalgebra::DMatrix<f64>, nalgebra::DMatrix<f64>) {
     let dofs = DofMap::new(&of.mesh, &[], &[]).unwrap();
-    let free = Body::assemble(of.mesh.clone(), dofs, &[Material::plate(1.0, 0.3, 2.0, 0.5)], false);
+    let free = Body::assemble(
+        of.mesh.clone(),
+        dofs,
+        &[Material::plate(1.0, 0.3, 2.0, 0.5)],
+        MassForm::Consistent,
+    );
     let (k, m) = (dense(&free.stiffness), dense(&free.mass));
     let place = |i: usize| free.dofs.terms(i / 2, i % 2).next().unwrap().0;
     let n = k.nrows();

@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use signorini::event::{self, Observer, Options, Sample};
-use signorini::fem::{StressState, eigen, shape};
+use signorini::fem::{MassForm, StressState, eigen, shape};
 use signorini::report::precision::Elsewhere;
 use signorini::scenario::Integrator;
 use signorini::simulate::by_name;
@@ -70,6 +70,9 @@ fn body(bench: &Bench) -> Result<Value, CliError> {
     if body.reduction().is_some() || system.promise().yields || system.loads.constant.is_some() {
         return Err(refuse("whole bodies without loads, whose contact does not yield"));
     }
+    if body.mass_form == MassForm::ScaledDiagonal {
+        return Err(refuse("a consistent or a lumped mass"));
+    }
     let (state, thickness) = match material.state {
         StressState::PlaneStress { thickness } => ("plane stress", thickness),
         StressState::PlaneStrain { thickness } => ("plane strain", thickness),
@@ -108,7 +111,7 @@ fn body(bench: &Bench) -> Result<Value, CliError> {
         "dim": mesh.dim(), "nodes": mesh.nodes().iter().map(|p| &p[..mesh.dim()]).collect::<Vec<_>>(),
         "blocks": blocks, "state": state, "thickness": thickness,
         "young": material.young, "poisson": material.poisson, "density": material.density,
-        "lumped": body.is_lumped, "held": held, "contact": contact,
+        "lumped": body.mass_form == MassForm::Lumped, "held": held, "contact": contact,
         "u0": dofs.scatter(&u), "v0": dofs.scatter(&v), "until": bench.options.until,
         "unit": bench.omega, "size": size.fold(f64::INFINITY, f64::min),
         "wave_speed": material.wave_speed(),

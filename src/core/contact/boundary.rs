@@ -332,6 +332,7 @@ fn drop_rounding(n_rows: usize, n_cols: usize, mut entries: Vec<(usize, usize, f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fem::MassForm;
     use crate::fem::{Facing, Held};
     use crate::mesh::structured;
 
@@ -345,7 +346,7 @@ mod tests {
     fn plate(edge: &str, held: &[Held], poisson: f64) -> Body {
         let mesh = structured::rectangle(2.0, 1.0, 8, 4);
         let dofs = DofMap::new(&mesh, held, &[Facing::surface(edge)]).unwrap();
-        Body::assemble(mesh, dofs, &[Material::plate(5.0, poisson, 1.0, 0.2)], false)
+        Body::assemble(mesh, dofs, &[Material::plate(5.0, poisson, 1.0, 0.2)], MassForm::Consistent)
     }
 
     #[test]
@@ -407,7 +408,8 @@ mod tests {
                     };
                     let facing = Facing::plane(edge, oblique.then_some(m));
                     let dofs = DofMap::new(&mesh, &[], &[facing]).unwrap();
-                    let body = Body::assemble(mesh.clone(), dofs, &[material], false);
+                    let body =
+                        Body::assemble(mesh.clone(), dofs, &[material], MassForm::Consistent);
                     let op = match which {
                         2 => nodal_mean(&body),
                         lumped => projection(&body, lumped == 1),

@@ -1,5 +1,7 @@
 //! Gram matrices `R M⁻¹ Rᵀ` of rows in the inverse of a mass, and factors of their blocks.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use nalgebra::{DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
@@ -9,12 +11,55 @@ use crate::fem::{Csr, SpdFactor};
 /// From so many rows on columns are solved for together, this many at once.
 const TOGETHER: (usize, usize) = (128, 32);
 
+/// Entries of a column below so many times its largest are nothing: they vanish with the distance from the contact.
+const NOTHING: f64 = 1e-18;
+
+/// Entries of some columns, while they are not too many.
+struct Kept {
+    count: AtomicUsize,
+    limit: usize,
+}
+
+impl Kept {
+    /// What is left of a column; none where there are too many.
+    fn of(&self, k: usize, column: &[f64]) -> Vec<(usize, usize, f64)> {
+        if self.are_too_many() {
+            return vec![];
+        }
+        let largest = column.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let is_something = |e: &(usize, &f64)| e.1.abs() > NOTHING * largest;
+        let entries = column.iter().enumerate().filter(is_something);
+        let entries: Vec<_> = entries.map(|(j, &v)| (k, j, v)).collect();
+        self.count.fetch_add(entries.len(), Ordering::Relaxed);
+        entries
+    }
+
+    fn are_too_many(&self) -> bool {
+        self.count.load(Ordering::Relaxed) > self.limit
+    }
+}
+
 /// `R M⁻¹ Rᵀ` of sparse rows.
 pub(super) fn gram(factor: &SpdFactor, rows: &Csr) -> DMatrix<f64> {
+    gram_and_columns(factor, rows, 0).0
+}
+
+/// The same, and the columns of `M⁻¹ Rᵀ` as rows where these have no more than so many entries.
+pub(super) fn gram_and_columns(
+    factor: &SpdFactor,
+    rows: &Csr,
+    limit: usize,
+) -> (DMatrix<f64>, Option<Csr>) {
     let (size, n) = (rows.n_rows(), rows.n_cols());
+    let kept = Kept { count: AtomicUsize::new(0), limit };
+    let columns = |entries: Vec<(usize, usize, f64)>| {
+        (!kept.are_too_many()).then(|| Csr::from_triplets(size, n, entries))
+    };
     if size < TOGETHER.0 {
-        let mut scratch = factor.scratch();
-        return gram_by(rows, |x| factor.solve(x, &mut scratch), |_, _| ());
+        let (mut scratch, mut entries) = (factor.scratch(), vec![]);
+        let solve = |x: &mut [f64]| factor.solve(x, &mut scratch);
+        let gram = gram_by(rows, solve, |k, x| entries.extend(kept.of(k, x)));
+        return (gram, columns(entries));
     }
     // what rows know of a column, in their own numbers
     let mut known: Vec<usize> = rows.triplets().map(|e| e.1).collect();
@@ -23,13 +68,15 @@ pub(super) fn gram(factor: &SpdFactor, rows: &Csr) -> DMatrix<f64> {
     let mut place = vec![0; n];
     known.iter().enumerate().for_each(|(k, &j)| place[j] = k);
     let firsts: Vec<usize> = (0..size).step_by(TOGETHER.1).collect();
-    let of_block = |&first: &usize| -> Vec<f64> {
+    let of_block = |&first: &usize| {
         let width = TOGETHER.1.min(size - first);
         let mut x = vec![0.0; n * width];
         for (k, column) in x.chunks_exact_mut(n).enumerate() {
             rows.row(first + k).for_each(|(j, v)| column[j] = v);
         }
         factor.solve(&mut x, &mut factor.scratch_of(width));
+        let columns = x.chunks_exact(n).enumerate();
+        let entries: Vec<_> = columns.flat_map(|(k, x)| kept.of(first + k, x)).collect();
         let mut across = vec![0.0; known.len() * width];
         for (row, &j) in across.chunks_exact_mut(width).zip(&known) {
             row.iter_mut().enumerate().for_each(|(k, v)| *v = x[n * k + j]);
@@ -41,13 +88,14 @@ pub(super) fn gram(factor: &SpdFactor, rows: &Csr) -> DMatrix<f64> {
                 sums.iter_mut().zip(of_j).for_each(|(s, x)| *s += v * x);
             }
         }
-        block
+        (block, entries)
     };
-    let blocks: Vec<Vec<f64>> = firsts.par_iter().map(of_block).collect();
-    DMatrix::from_fn(size, size, |l, k| {
-        let block = &blocks[k / TOGETHER.1];
+    let blocks: Vec<(Vec<f64>, Vec<_>)> = firsts.par_iter().map(of_block).collect();
+    let gram = DMatrix::from_fn(size, size, |l, k| {
+        let block = &blocks[k / TOGETHER.1].0;
         block[l * (block.len() / size) + k % TOGETHER.1]
-    })
+    });
+    (gram, columns(blocks.into_iter().flat_map(|b| b.1).collect()))
 }
 
 /// The same with what solves with `M`; `each` is shown the columns `M⁻¹ Rᵀ` one after the other.

@@ -23,14 +23,14 @@ use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::coupling::Coupling;
 use super::expansion::{Expansion, Solved};
-use super::gram::{Schur, gram, gram_by};
+use super::gram::{Schur, gram, gram_and_columns};
 use super::lcp::Side;
 use super::reactions::Holds;
 use super::scratch::Scratch;
 use super::states::States;
 use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
 
-/// Columns of `M⁻¹Rᵀ` are kept while they hold at most this many numbers.
+/// Columns of `M⁻¹Rᵀ` are kept while they have at most this many entries.
 const STORE_LIMIT: usize = 2_000_000;
 
 /// The mass of a body in contact.
@@ -74,18 +74,18 @@ pub(super) enum ConstantMass {
 }
 
 impl Projector {
-    pub fn new(mass: &Csr, conditions: &Conditions) -> Result<Projector, ContactError> {
-        Projector::storing(mass, conditions, STORE_LIMIT)
+    pub fn new(body: &Body, conditions: &Conditions) -> Result<Projector, ContactError> {
+        Projector::storing(body, conditions, STORE_LIMIT)
     }
 
     /// The same with another limit of what is kept.
     pub(crate) fn storing(
-        mass: &Csr,
+        body: &Body,
         conditions: &Conditions,
         limit: usize,
     ) -> Result<Projector, ContactError> {
         let (size, n_o) = (conditions.count(), conditions.n_o.n_cols());
-        let factor = SpdFactor::new(mass, "mass matrix")?;
+        let factor = SpdFactor::of_mass(&body.mass, &body.dofs.node_of_entries())?;
         // rows 0..n_C: point in contact; rows n_C..2n_C: point free, scaled to the order of one
         let mut entries = vec![];
         for i in 0..size {
@@ -94,7 +94,7 @@ impl Projector {
             entries.extend(conditions.n_o.row(i).map(|(j, v)| (size + i, j, scale * v)));
             entries.extend(conditions.n_c.row(i).map(|(j, v)| (size + i, n_o + j, scale * v)));
         }
-        let n = mass.n_rows();
+        let n = body.dofs.n();
         let rows = Csr::from_triplets(2 * size, n, entries);
         if let (SpdFactor::Diagonal(inverse), true) = (&factor, limit > 0) {
             let columns = rows.triplets().map(|(i, j, v)| (i, j, v * inverse[j])).collect();
@@ -102,18 +102,7 @@ impl Projector {
             let gram = columns.product(&rows.transposed()).into();
             return Ok(Projector { factor, rows, gram, columns: Some(columns) });
         }
-        let keep = limit > 0 && 2 * size * n <= limit;
-        let mut columns = vec![];
-        let mut scratch = factor.scratch();
-        let solve = |x: &mut [f64]| factor.solve(x, &mut scratch);
-        let gram = match keep {
-            true => gram_by(&rows, solve, |k, x| {
-                let entries = x.iter().enumerate().filter(|(_, v)| **v != 0.0);
-                columns.extend(entries.map(|(j, &v)| (k, j, v)));
-            }),
-            false => gram(&factor, &rows),
-        };
-        let columns = keep.then(|| Csr::from_triplets(2 * size, n, columns));
+        let (gram, columns) = gram_and_columns(&factor, &rows, limit);
         Ok(Projector { factor, rows, gram: gram.into(), columns })
     }
 
@@ -135,14 +124,15 @@ impl Projector {
 }
 
 impl ConstantMass {
-    /// Of the matrix itself; `open` is `A*_∅` where it is the condensed one.
+    /// Of the matrix itself, with the nodes of its rows; `open` is `A*_∅` where it is the condensed one.
     pub fn formed(
         reduced: Csr,
+        nodes: &[usize],
         conditions: &Conditions,
         open: Option<Csr>,
     ) -> Result<ConstantMass, ContactError> {
         let (size, n_o) = (conditions.count(), reduced.n_rows());
-        let factor = SpdFactor::new(&reduced, "mass matrix of the displacements u_O")?;
+        let factor = SpdFactor::of_mass(&reduced, nodes)?;
         let gram = gram(&factor, &conditions.n_o);
         let n = n_o + size;
         let mass = Csr::from_triplets(n, n, reduced.triplets().collect());

@@ -118,7 +118,8 @@ impl Massive {
                 node: sites[index].node.unwrap_or(index),
                 at: sites[index].place,
             })?;
-        let mass = ConstantMass::formed(body.mass.leading(n_o), &conditions, None)?;
+        let nodes = body.dofs.node_of_entries();
+        let mass = ConstantMass::formed(body.mass.leading(n_o), &nodes, &conditions, None)?;
         let restitution = law.restitution();
         let reactions = match restitution {
             Some(_) => Some(Arc::new(Reactions::new(body, obstacle.normal.clone())?)),

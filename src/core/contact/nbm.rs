@@ -54,7 +54,7 @@ impl Nbm {
         };
         let (inertia, highest) = match &redistributed {
             None => (
-                Inertia::Projected(Projector::new(&body.mass, &conditions)?.into()),
+                Inertia::Projected(Projector::new(body, &conditions)?.into()),
                 body.frequency_bound(),
             ),
             Some(new) => {

@@ -573,7 +573,7 @@ mod tests {
     use super::*;
     use crate::contact::inertia::{Inertia, Projector};
     use crate::contact::{Contacts, Gaps, MassChoice, Stress, System};
-    use crate::fem::{Body, DofMap, Facing, Held, Material, SpdFactor};
+    use crate::fem::{Body, DofMap, Facing, Held, MassForm, Material, SpdFactor};
     use crate::mesh::structured;
 
     fn example(lumped_mass: bool, lumped_boundary: bool) -> System {
@@ -591,7 +591,8 @@ mod tests {
         let dofs = DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap();
         let material = Material::plate(2.0, 0.3, 1.5, 1.0);
         let gap = dofs.contact.iter().map(|c| 0.3 + mesh.nodes()[c.node][1]).collect();
-        let body = Body::assemble(mesh, dofs, &[material], lumped_mass);
+        let form = if lumped_mass { MassForm::Lumped } else { MassForm::Consistent };
+        let body = Body::assemble(mesh, dofs, &[material], form);
         let contacts = Contacts { gaps: Gaps::front(gap), lumped: lumped_boundary };
         System::new(body, &contacts, choice).unwrap()
     }
@@ -747,10 +748,9 @@ mod tests {
         let phase = system.phase(&States::of_contact([true, false, true, false, false]));
         let mut other = system.phase(&phase.set);
         let conditions = system.conditions();
-        other.data.inertia.shared = Inertia::Projected(
-            Projector::storing(&system.body.mass, conditions, 0).unwrap().into(),
-        )
-        .into();
+        other.data.inertia.shared =
+            Inertia::Projected(Projector::storing(&system.body, conditions, 0).unwrap().into())
+                .into();
         let (u, v) = (wave(system.n_o(), 0.4), wave(system.n_o(), 1.1));
         let mut out = [vec![0.0; system.n_o()], vec![0.0; system.n_o()]];
         phase.acceleration(0.0, &u, &v, &mut system.scratch(), &mut out[0]);

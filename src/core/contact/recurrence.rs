@@ -13,7 +13,7 @@ use super::inertia::{ConstantMass, Inertia, Projector};
 use super::phase::{Parts, Phase};
 use super::scratch::Scratch;
 use super::system::System;
-use crate::fem::{Csr, SpdFactor, blocks};
+use crate::fem::{Csr, SpdFactor};
 
 /// What the recurrences of all phases of a body share.
 #[derive(Debug)]
@@ -190,10 +190,8 @@ impl Recurrence {
         let now = std::array::from_fn(|v| steps[v].now);
         let before: [Option<&[f64]>; N] = std::array::from_fn(|v| steps[v].before);
         let next = steps.each_mut().map(|s| &mut s.next[self.rows.clone()]);
-        blocks(next, |first, mut y| {
-            let first = self.rows.start + first;
+        kernel.mul_rows(stiffness, self.rows.clone(), now, next, |first, y| {
             let rows = first..first + y[0].len();
-            kernel.mul_rows(stiffness, rows.clone(), now, &mut y);
             for (v, y) in y.into_iter().enumerate() {
                 let of_rows = y.iter_mut().zip(&inverse[rows.clone()]).zip(&now[v][rows.clone()]);
                 match before[v] {

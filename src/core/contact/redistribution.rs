@@ -85,7 +85,8 @@ pub(super) fn condensed(
         Some(mass) => ConstantMass::Condensed { gram: OnceLock::new(), mass: mass.into() },
         None => {
             let a_star = Expansion::open(conditions).a_star();
-            ConstantMass::formed(body.mass.congruence(&a_star), conditions, Some(a_star))?
+            let (mass, nodes) = (body.mass.congruence(&a_star), body.dofs.node_of_entries());
+            ConstantMass::formed(mass, &nodes, conditions, Some(a_star))?
         }
     };
     Ok(Redistributed::Condensed(mass.into()))
@@ -168,7 +169,8 @@ pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistribu
     // what contact displacements would have is rounding
     entries.retain(|e| e.0 < dofs.n_o && e.1 < dofs.n_o);
     let mass = Csr::from_triplets(dofs.n_o, dofs.n_o, entries);
-    let mass = ConstantMass::formed(mass, conditions, None)?.into();
+    let nodes = dofs.node_of_entries();
+    let mass = ConstantMass::formed(mass, &nodes, conditions, None)?.into();
     Ok(Redistributed::Optimal { mass, new: weight, old: body.nodal_mass(), direction })
 }
 

@@ -249,7 +249,7 @@ impl System {
             probes: Arc::default(),
             units,
             rest: None,
-            kernel: Arc::new(Kernel::new(&body.stiffness)),
+            kernel: Arc::new(Kernel::new(&body.stiffness, body.dofs.dim, &body.dofs.whole_nodes())),
             body: Arc::new(body),
             method,
         }

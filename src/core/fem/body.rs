@@ -10,11 +10,12 @@ use super::FemError;
 use super::discrete::{Discrete, with_elements};
 use super::dofs::{ContactRows, DofMap};
 use super::eigen;
-use super::element::{ElementMatrices, Shape};
+use super::element::{ElementMatrices, MassForm, Shape};
+use super::factor::SpdFactor;
 use super::law::Material;
 use super::massless;
 use super::reduction::Reduction;
-use super::sparse::{Csr, SpdFactor, Sums};
+use super::sparse::{Csr, Sums};
 use crate::mesh::{Block, Element, Mesh, Point, bounds, structured};
 
 /// Where the matrices come from.
@@ -59,8 +60,8 @@ pub struct Body {
     pub structure: Option<Csr>,
     /// Springs and masses between its displacements and elsewhere; they are in the matrices.
     pub discrete: Vec<Discrete>,
-    /// Row sums of the mass of the elements stand on its diagonal.
-    pub is_lumped: bool,
+    /// How the mass of the elements is spread.
+    pub mass_form: MassForm,
 }
 
 /// Elements whose matrices are integrated together, on all threads.
@@ -70,14 +71,16 @@ const BATCH: usize = 2048;
 fn element_matrices<'m>(
     mesh: &'m Mesh,
     materials: &'m [Material],
+    form: MassForm,
 ) -> impl Iterator<Item = (Element<'m>, Arc<ElementMatrices>)> {
-    matrices_of(mesh, materials, |_| true)
+    matrices_of(mesh, materials, form, |_| true)
 }
 
 /// The same of the elements whose nodes are wanted.
 fn matrices_of<'m>(
     mesh: &'m Mesh,
     materials: &'m [Material],
+    form: MassForm,
     is_wanted: impl Fn(&[usize]) -> bool + Copy + 'm,
 ) -> impl Iterator<Item = (Element<'m>, Arc<ElementMatrices>)> {
     mesh.blocks().iter().flat_map(move |block| {
@@ -85,7 +88,7 @@ fn matrices_of<'m>(
         let element = move |nodes| Element { kind: block.kind, region: block.region, nodes };
         let of = move |nodes: &[usize]| {
             let x: Vec<Point> = nodes.iter().map(|&n| mesh.nodes()[n]).collect();
-            Arc::new(Shape { kind: block.kind, x: &x }.matrices(&materials[block.region]))
+            Arc::new(Shape { kind: block.kind, x: &x }.matrices(&materials[block.region], form))
         };
         let shared = (block.congruent && block.connectivity.len() >= n)
             .then(|| of(&block.connectivity[..n]));
@@ -172,9 +175,9 @@ fn extreme_frequencies(
 }
 
 impl Body {
-    /// Assemble; `lumped` puts the row sums of the mass on the diagonal.
-    pub fn assemble(mesh: Mesh, dofs: DofMap, materials: &[Material], lumped: bool) -> Body {
-        let (dim, n) = (mesh.dim(), dofs.n());
+    /// Assemble.
+    pub fn assemble(mesh: Mesh, dofs: DofMap, materials: &[Material], form: MassForm) -> Body {
+        let (dim, n, lumped) = (mesh.dim(), dofs.n(), form != MassForm::Consistent);
         let mut terms = vec![];
         let mut counts = vec![0; n];
         for element in mesh.elements() {
@@ -184,7 +187,7 @@ impl Body {
         let mut mass = Sums::new(if lumped { vec![] } else { counts.clone() }, n);
         let mut stiffness = Sums::new(counts, n);
         let mut diagonal = vec![];
-        for (element, matrices) in element_matrices(&mesh, materials) {
+        for (element, matrices) in element_matrices(&mesh, materials, form) {
             let n = matrices.n;
             terms_of(&dofs, element, &mut terms);
             for &(a, i, ci) in &terms {
@@ -196,9 +199,8 @@ impl Body {
                 }
             }
             for (k, &node) in element.nodes.iter().enumerate().filter(|_| lumped) {
-                let row = n * dim * k;
-                let whole: f64 = matrices.mass[row..row + n].iter().sum();
-                diagonal.extend(dofs.gram(node).into_iter().map(|(i, j, g)| (i, j, g * whole)));
+                let of_node = matrices.mass[(n + 1) * dim * k];
+                diagonal.extend(dofs.gram(node).into_iter().map(|(i, j, g)| (i, j, g * of_node)));
             }
         }
         let stiffness = stiffness.finish();
@@ -210,7 +212,7 @@ impl Body {
             origin: Origin::Elements(materials.to_vec()),
             structure: None,
             discrete: vec![],
-            is_lumped: lumped,
+            mass_form: form,
         }
     }
 
@@ -285,7 +287,7 @@ impl Body {
             mass,
             stiffness,
             discrete: vec![],
-            is_lumped: false,
+            mass_form: MassForm::Consistent,
         })
     }
 
@@ -360,27 +362,27 @@ impl Body {
             dofs,
             structure: None,
             discrete: vec![],
-            is_lumped: false,
+            mass_form: MassForm::Consistent,
         })
     }
 
     /// `K w` and `M w` on the free displacements, of a nodal field `w` (components interleaved) that may move prescribed displacements: `K_fp w_p` for one that
     /// moves nothing else. Nothing for bodies without elements.
     pub fn forces_of_field(&self, w: &[f64]) -> [Vec<f64>; 2] {
-        let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
+        let (mesh, dim, form) = (&self.mesh, self.mesh.dim(), self.mass_form);
         let mut forces = [vec![0.0; self.dofs.n()], vec![0.0; self.dofs.n()]];
         if !self.is_of_elements() {
             return forces;
         }
-        for (e, matrices) in matrices_of(mesh, self.materials(), |nodes| moves(w, dim, nodes)) {
+        for (e, matrices) in matrices_of(mesh, self.materials(), form, |nodes| moves(w, dim, nodes))
+        {
             let n = matrices.n;
             let of_corner = |b: usize| w[dim * e.nodes[b / dim] + b % dim];
             for a in 0..n {
                 for (i, c) in self.dofs.terms(e.nodes[a / dim], a % dim) {
                     for b in 0..n {
                         forces[0][i] += c * matrices.stiffness[n * a + b] * of_corner(b);
-                        let with = if lumped { a } else { b };
-                        forces[1][i] += c * matrices.mass[n * a + b] * of_corner(with);
+                        forces[1][i] += c * matrices.mass[n * a + b] * of_corner(b);
                     }
                 }
             }
@@ -390,18 +392,18 @@ impl Body {
 
     /// `K w` and `M w` on all nodes (components interleaved), held displacements included, of a nodal field `w`.
     pub(crate) fn products_of_field(&self, w: &[f64]) -> [Vec<f64>; 2] {
-        let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
+        let (mesh, dim, form) = (&self.mesh, self.mesh.dim(), self.mass_form);
         let mut products = [vec![0.0; w.len()], vec![0.0; w.len()]];
         if !self.is_of_elements() {
             return products;
         }
-        for (e, matrices) in matrices_of(mesh, self.materials(), |nodes| moves(w, dim, nodes)) {
+        for (e, matrices) in matrices_of(mesh, self.materials(), form, |nodes| moves(w, dim, nodes))
+        {
             let n = matrices.n;
             let place = |a: usize| dim * e.nodes[a / dim] + a % dim;
             for (a, b) in (0..n).flat_map(|a| (0..n).map(move |b| (a, b))) {
                 products[0][place(a)] += matrices.stiffness[n * a + b] * w[place(b)];
-                let with = if lumped { a } else { b };
-                products[1][place(a)] += matrices.mass[n * a + b] * w[place(with)];
+                products[1][place(a)] += matrices.mass[n * a + b] * w[place(b)];
             }
         }
         products
@@ -409,7 +411,7 @@ impl Body {
 
     /// `w K` and `w M` over `u` of nodal fields `w` that move what is held, rows over the components of all nodes.
     pub(crate) fn rows_of_fields(&self, fields: &Csr) -> [Csr; 2] {
-        let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
+        let (mesh, dim, form) = (&self.mesh, self.mesh.dim(), self.mass_form);
         let shape = (fields.n_rows(), self.dofs.n());
         let at = fields.transposed();
         let mut entries = [vec![], vec![]];
@@ -418,15 +420,14 @@ impl Body {
         }
         let is_known = |node: &usize| (0..dim).any(|c| at.row(dim * node + c).next().is_some());
         let is_wanted = |nodes: &[usize]| nodes.iter().any(is_known);
-        for (e, matrices) in matrices_of(mesh, self.materials(), is_wanted) {
+        for (e, matrices) in matrices_of(mesh, self.materials(), form, is_wanted) {
             let n = matrices.n;
             let place = |a: usize| dim * e.nodes[a / dim] + a % dim;
             for (a, b) in (0..n).flat_map(|a| (0..n).map(move |b| (a, b))) {
-                let with = if lumped { a } else { b };
                 for (i, c) in self.dofs.terms(e.nodes[a / dim], a % dim) {
                     let (k, m) = (matrices.stiffness[n * a + b], matrices.mass[n * a + b]);
                     entries[0].extend(at.row(place(b)).map(|(f, w)| (f, i, c * w * k)));
-                    entries[1].extend(at.row(place(with)).map(|(f, w)| (f, i, c * w * m)));
+                    entries[1].extend(at.row(place(b)).map(|(f, w)| (f, i, c * w * m)));
                 }
             }
         }
@@ -453,15 +454,15 @@ impl Body {
 
     /// The mass matrix of one displacement component over all nodes, prescribed ones included; empty for given matrices.
     pub fn scalar_mass(&self) -> Csr {
-        let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
+        let (mesh, dim, form) = (&self.mesh, self.mesh.dim(), self.mass_form);
         let mut entries = vec![];
         // of a reduced body too
         if !self.materials().is_empty() {
-            for (e, matrices) in element_matrices(mesh, self.materials()) {
+            for (e, matrices) in element_matrices(mesh, self.materials(), form) {
                 for (a, &i) in e.nodes.iter().enumerate() {
                     for (b, &j) in e.nodes.iter().enumerate() {
                         let v = matrices.mass[matrices.n * dim * a + dim * b];
-                        entries.push((i, if lumped { i } else { j }, v));
+                        entries.push((i, j, v));
                     }
                 }
             }
@@ -503,13 +504,13 @@ impl Body {
             Origin::Matrices { highest, .. } | Origin::Reduced { highest, .. } => return *highest,
             Origin::Elements(materials) => materials,
         };
-        let lumped = self.is_lumped;
+        let form = self.mass_form;
         let of_block = |block: &Block| {
             let n = block.kind.nodes();
             let of = |nodes: &[usize]| {
                 let x: Vec<Point> = nodes.iter().map(|&n| self.mesh.nodes()[n]).collect();
                 let shape = Shape { kind: block.kind, x: &x };
-                largest_eigenvalue(&shape.matrices(&materials[block.region]), lumped)
+                largest_eigenvalue(&shape.matrices(&materials[block.region], form))
             };
             match block.congruent {
                 true => block.connectivity.chunks_exact(n).take(1).map(of).fold(0.0, f64::max),
@@ -655,15 +656,11 @@ impl Body {
 }
 
 /// The largest eigenvalue of an element's stiffness against its mass.
-fn largest_eigenvalue(e: &ElementMatrices, lumped: bool) -> f64 {
+fn largest_eigenvalue(e: &ElementMatrices) -> f64 {
     let n = e.n;
-    let mass = nalgebra::DMatrix::from_fn(n, n, |a, b| match (lumped, a == b) {
-        (true, true) => (0..n).map(|c| e.mass[n * a + c]).sum(),
-        (true, false) => 0.0,
-        (false, _) => e.mass[n * a + b],
-    });
+    let mass = nalgebra::DMatrix::from_row_slice(n, n, &e.mass);
     let stiffness = nalgebra::DMatrix::from_row_slice(n, n, &e.stiffness);
-    // an element's consistent mass is positive definite
+    // a consistent mass is positive definite
     let Some(l) = mass.cholesky().map(|c| c.l()) else { return f64::INFINITY };
     let half = l.solve_lower_triangular(&stiffness).map(|m| m.transpose());
     let reduced = half.and_then(|m| l.solve_lower_triangular(&m));
@@ -675,16 +672,16 @@ mod tests {
     use super::super::frame::{Facing, Held};
     use super::*;
 
-    fn plate(fixed: &[(&str, usize)], lumped: bool) -> Body {
+    fn plate(fixed: &[(&str, usize)], form: MassForm) -> Body {
         let mesh = structured::rectangle(2.0, 1.0, 6, 4);
         let held: Vec<Held> = fixed.iter().map(|(edge, axis)| Held::along(edge, *axis)).collect();
         let dofs = DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap();
-        Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.3, 1.0, 1.0)], lumped)
+        Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.3, 1.0, 1.0)], form)
     }
 
     #[test]
     fn rigid_motions_are_found_and_carry_no_force() {
-        let free = plate(&[], false);
+        let free = plate(&[], MassForm::Consistent);
         assert_eq!(free.rigid_motions(false).len(), 3);
         for r in free.rigid_motions(false) {
             let u = free.dofs.gather(&r);
@@ -693,10 +690,13 @@ mod tests {
             assert!(f.iter().all(|f| f.abs() < 1e-13));
         }
         assert_eq!(free.rigid_motions(true).len(), 1); // sliding along the obstacle
-        assert_eq!(plate(&[("bottom", 1)], false).rigid_motions(false).len(), 1);
-        assert_eq!(plate(&[("bottom", 1)], false).rigid_motions(true).len(), 0);
-        assert_eq!(plate(&[("left", 0)], false).rigid_motions(false).len(), 1);
-        assert_eq!(plate(&[("left", 0), ("left", 1)], false).rigid_motions(false).len(), 0);
+        assert_eq!(plate(&[("bottom", 1)], MassForm::Consistent).rigid_motions(false).len(), 1);
+        assert_eq!(plate(&[("bottom", 1)], MassForm::Consistent).rigid_motions(true).len(), 0);
+        assert_eq!(plate(&[("left", 0)], MassForm::Consistent).rigid_motions(false).len(), 1);
+        assert_eq!(
+            plate(&[("left", 0), ("left", 1)], MassForm::Consistent).rigid_motions(false).len(),
+            0
+        );
     }
 
     /// Rows of a uniform mesh are sums of the same numbers in the same order, however fine it is: their products need not read them.
@@ -706,20 +706,27 @@ mod tests {
             let mesh = structured::rectangle(1.0, 0.5, nx, ny);
             let held = [Held::along("left", 0), Held::along("left", 1)];
             let dofs = DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap();
-            let body = Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.3, 1.0, 1.0)], true);
+            let body = Body::assemble(
+                mesh,
+                dofs,
+                &[Material::plate(1.0, 0.3, 1.0, 1.0)],
+                MassForm::Lumped,
+            );
             let inner = ((nx - 3) * (ny - 1)) as f64 / (nx * (ny + 1)) as f64;
-            let share = crate::fem::Kernel::new(&body.stiffness).repeating();
+            let share = crate::fem::Kernel::new(&body.stiffness, 1, &[]).repeating();
             assert!(share > inner - 1e-9 || ny < 24 && share == 0.0, "{nx} x {ny}: {share}");
         }
     }
 
     #[test]
     fn mass_adds_up_lumped_and_consistent() {
-        for lumped in [false, true] {
-            let b = plate(&[], lumped);
+        for form in [MassForm::Consistent, MassForm::Lumped, MassForm::ScaledDiagonal] {
+            let b = plate(&[], form);
             let ones = vec![1.0; b.dofs.n()];
             assert!((b.mass.quadratic(&ones) - 2.0 * 2.0).abs() < 1e-13);
         }
-        assert!((plate(&[], false).nodal_mass().iter().sum::<f64>() - 2.0).abs() < 1e-13);
+        assert!(
+            (plate(&[], MassForm::Consistent).nodal_mass().iter().sum::<f64>() - 2.0).abs() < 1e-13
+        );
     }
 }

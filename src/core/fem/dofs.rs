@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use super::frame::{ContactPoint, Facing, Frame, FrameError, Frames, Held, Slot};
 use super::massless::Massless;
+use super::order::order;
 use super::sparse::Csr;
 use crate::mesh::{Mesh, Point};
 
@@ -95,8 +96,10 @@ impl DofMap {
         let dim = mesh.dim();
         let mut index = vec![None; slots.len()];
         let mut n_o = 0;
-        for (d, slot) in slots.iter().enumerate() {
-            let leaves = match slot {
+        let at_contact: Vec<usize> = contact.iter().map(|c| c.node).collect();
+        let in_order = order(mesh, &at_contact).into_iter();
+        for d in in_order.flat_map(|node| dim * node..dim * (node + 1)) {
+            let leaves = match slots[d] {
                 Slot::Free => false,
                 Slot::Held => true,
                 Slot::Contact(_) => apart,
@@ -309,6 +312,27 @@ impl DofMap {
     /// Place in `u` of a row of given matrices that is counted against no other.
     pub fn row(&self, row: usize) -> usize {
         self.rows.get(row).copied().unwrap_or(row)
+    }
+
+    /// The node of each entry of `u`; entries that are no displacements have numbers of their own.
+    pub(crate) fn node_of_entries(&self) -> Vec<usize> {
+        let n = self.n();
+        let mut nodes: Vec<usize> = (self.index.len()..self.index.len() + n).collect();
+        for (k, i) in self.index.iter().enumerate() {
+            if let Some(i) = i.filter(|i| *i < n) {
+                nodes[i] = k / self.dim;
+            }
+        }
+        nodes
+    }
+
+    /// First entries of `u` of the nodes all of whose displacements follow one another.
+    pub(crate) fn whole_nodes(&self) -> Vec<usize> {
+        let of = |node: &[Option<usize>]| {
+            let first = node.first().copied().flatten()?;
+            node.iter().enumerate().all(|(c, i)| *i == Some(first + c)).then_some(first)
+        };
+        self.index.chunks(self.dim).filter_map(of).collect()
     }
 
     /// Length of `u`.

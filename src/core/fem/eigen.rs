@@ -4,7 +4,9 @@ use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::{Mat, Side};
 
 use super::FemError;
-use super::sparse::{Csr, SpdFactor, ldl_pivots};
+use super::factor::SpdFactor;
+use super::simplicial::ldl_pivots;
+use super::sparse::Csr;
 
 /// Above this size the dense solution gives way to Lanczos.
 const DENSE_LIMIT: usize = 700;
@@ -225,7 +227,7 @@ fn lanczos(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, Fem
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fem::{Body, DofMap, Material};
+    use crate::fem::{Body, DofMap, MassForm, Material};
 
     #[test]
     fn negative_pivots_count_modes() {
@@ -250,7 +252,7 @@ mod tests {
         let mesh = structured::bar(1.0, n);
         let dofs = DofMap::new(&mesh, &[Held::along("left", 0)], &[]).unwrap();
         let material = Material::bar(1.0, 1.0, 1.0);
-        let b = Body::assemble(mesh, dofs, &[material], false);
+        let b = Body::assemble(mesh, dofs, &[material], MassForm::Consistent);
         let modes = lowest(&b.stiffness, &b.mass, 5, 1.0).unwrap();
         for (j, w) in modes.omega.iter().enumerate() {
             let c = ((2 * j + 1) as f64 * std::f64::consts::PI / (2 * n) as f64).cos();
@@ -270,7 +272,7 @@ mod tests {
         )
         .unwrap();
         let material = Material::plate(1.0, 0.3, 1.0, 1.0);
-        let b = Body::assemble(mesh, dofs, &[material], false);
+        let b = Body::assemble(mesh, dofs, &[material], MassForm::Consistent);
         let n = b.stiffness.n_rows();
         for (k, m) in [(1.0, 1.0), (2.1e11, 7.8e3 * 4e-2), (1e-9, 1e4), (1e14, 1e-9)] {
             let zero = Csr::from_triplets(n, n, vec![]);
@@ -295,7 +297,7 @@ mod tests {
         let mesh = structured::bar(10.0, n);
         let dofs = DofMap::new(&mesh, &[], &[]).unwrap();
         let material = Material::bar(900.0, 1.0, 1.0);
-        let b = Body::assemble(mesh, dofs, &[material], false);
+        let b = Body::assemble(mesh, dofs, &[material], MassForm::Consistent);
         let unit = std::f64::consts::FRAC_PI_2 * 3.0;
         let modes = all(&b.stiffness, &b.mass, unit).unwrap();
         assert!(modes.omega[0] == 0.0 && modes.omega[1] > 1.0, "{:?}", &modes.omega[..2]);
@@ -315,7 +317,7 @@ mod tests {
         let dofs =
             DofMap::new(&mesh, &[Held::along("bottom", 1)], &[Facing::surface("right")]).unwrap();
         let material = Material::plate(1.0, 0.3, 1.0, 1.0);
-        let b = Body::assemble(mesh, dofs, &[material], false);
+        let b = Body::assemble(mesh, dofs, &[material], MassForm::Consistent);
         let a = dense(&b.stiffness, &b.mass, 6).unwrap();
         let l = lanczos(&b.stiffness, &b.mass, 6, 1.6).unwrap();
         for j in 0..6 {

@@ -12,10 +12,24 @@ use crate::mesh::{ElementKind, Point};
 /// Strain over the displacements of an element: six rows, in the order of [`super::law`].
 type StrainRows = OMatrix<f64, U6, Dyn>;
 
+/// How mass is spread over the displacements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MassForm {
+    /// `∫ ρ PᵀP`.
+    #[default]
+    Consistent,
+    /// A diagonal: row sums; of quadrilaterals and hexahedra with a node at their centre Simpson's rule, whose points are the nodes. Other elements of second order have nodes
+    /// without mass, or with a negative one.
+    Lumped,
+    /// The diagonal of the consistent mass, scaled to the mass of the element (Hinton, Rock, Zienkiewicz, Earthquake Eng. Struct. Dyn. 4, 1976): positive for every
+    /// element.
+    ScaledDiagonal,
+}
+
 /// Dense element matrices, row-major, displacement components interleaved node by node.
 #[derive(Debug, Clone)]
 pub struct ElementMatrices {
-    /// Consistent mass.
+    /// Mass.
     pub mass: Vec<f64>,
     /// Stiffness.
     pub stiffness: Vec<f64>,
@@ -102,7 +116,7 @@ impl Shape<'_> {
     }
 
     /// Mass and stiffness.
-    pub fn matrices(&self, material: &Material) -> ElementMatrices {
+    pub fn matrices(&self, material: &Material, form: MassForm) -> ElementMatrices {
         let (nodes, dim) = (self.kind.nodes(), self.kind.dim());
         let n = dim * nodes;
         let (mut mass, mut stiffness) = (vec![0.0; n * n], vec![0.0; n * n]);
@@ -128,7 +142,42 @@ impl Shape<'_> {
                 }
             }
         }
+        if let Some(of_nodes) = self.diagonal_mass(material, form, &mass) {
+            mass.fill(0.0);
+            (0..n).for_each(|k| mass[(n + 1) * k] = of_nodes[k / dim]);
+        }
         ElementMatrices { mass, stiffness, n }
+    }
+
+    /// The masses of the nodes, where these have masses of their own.
+    fn diagonal_mass(
+        &self,
+        material: &Material,
+        form: MassForm,
+        consistent: &[f64],
+    ) -> Option<Vec<f64>> {
+        let (nodes, dim) = (self.kind.nodes(), self.kind.dim());
+        let n = dim * nodes;
+        let row_sum = |a: usize| consistent[n * dim * a..n * (dim * a + 1)].iter().sum::<f64>();
+        match form {
+            MassForm::Consistent => None,
+            MassForm::Lumped => match self.kind {
+                ElementKind::Quad9 | ElementKind::Hex27 => {
+                    let rule = shape::simpson(self.kind).into_iter();
+                    let at = |(local, weight): (Local, f64)| {
+                        let s = self.at(local);
+                        material.density * weight * s.det * material.measure(s.radius)
+                    };
+                    Some(rule.map(at).collect())
+                }
+                _ => Some((0..nodes).map(row_sum).collect()),
+            },
+            MassForm::ScaledDiagonal => {
+                let own = |a: usize| consistent[(n + 1) * dim * a];
+                let scale = (0..nodes).map(row_sum).sum::<f64>() / (0..nodes).map(own).sum::<f64>();
+                Some((0..nodes).map(|a| scale * own(a)).collect())
+            }
+        }
     }
 
     /// The stress at a place as six rows, in the order of [`super::law`], over the displacements of the element.
@@ -329,7 +378,7 @@ mod tests {
             let (x, dim) = (distorted(kind), kind.dim());
             for state in states(dim) {
                 let m = material(state);
-                let e = Shape { kind, x: &x }.matrices(&m);
+                let e = Shape { kind, x: &x }.matrices(&m, MassForm::Consistent);
                 let volume = m.measure(1.0) * enclosed(kind, &x);
                 let total: f64 = e.mass.iter().sum();
                 assert!((total - dim as f64 * 2.0 * volume).abs() < 1e-13, "{kind:?}");
@@ -395,7 +444,8 @@ mod tests {
     fn rings_have_their_mass_and_their_hoop_strain() {
         for kind in kinds(2) {
             let x = distorted(kind);
-            let e = Shape { kind, x: &x }.matrices(&material(StressState::Axisymmetric));
+            let e = Shape { kind, x: &x }
+                .matrices(&material(StressState::Axisymmetric), MassForm::Consistent);
             let stiffness = nalgebra::DMatrix::from_row_slice(e.n, e.n, &e.stiffness);
             let force = stiffness * nodal(kind, &x, |_| [0.0, 1.0, 0.0]);
             assert!(force.amax() < 1e-11, "{kind:?}: {}", force.amax());
@@ -476,7 +526,8 @@ mod tests {
     #[test]
     fn a_bar_is_a_spring_between_two_masses() {
         let x = [[0.25, 0.0, 0.0], [0.75, 0.0, 0.0]];
-        let e = Shape { kind: ElementKind::Bar2, x: &x }.matrices(&Material::bar(3.0, 2.0, 7.0));
+        let e = Shape { kind: ElementKind::Bar2, x: &x }
+            .matrices(&Material::bar(3.0, 2.0, 7.0), MassForm::Consistent);
         let (k, m) = (3.0 * 7.0 / 0.5, 2.0 * 7.0 * 0.5 / 6.0);
         for (found, exact) in e.stiffness.iter().zip([k, -k, -k, k]) {
             assert!((found - exact).abs() < 1e-13);

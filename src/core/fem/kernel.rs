@@ -1,229 +1,115 @@
-//! Products with a matrix many of whose rows repeat, as they do on uniform meshes.
+//! Products with the stiffness: each body in the way that its rows allow.
 //!
-//! Where row `i` has the entries of row `i − p` (`p` displacements a node), shifted by `p`, the rows need not be read at all: a run of them is a
-//! few diagonals whose weights repeat after `p` rows, `y_i = Σ_e w_e(i mod p) x_(i + o_e)`. Rows that repeat nothing stay compressed.
-//! Every row is summed in an order of its own, whatever part of the product is asked for.
+//! Rows of uniform meshes repeat, and are not read ([`super::stencil`]); of irregular meshes one half is read, in blocks of a node ([`super::half`]); small bodies and
+//! matrices that are neither are read as they are. Every row is summed in an order of its own, whatever part of the product is asked for.
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
-use super::sparse::{Csr, blocks, sum_of_blocks};
+use super::half::Half;
+use super::sparse::{Csr, LARGE, blocks, sum_of_blocks};
+use super::stencil::Runs;
 
-/// Rows that are computed together: multiples of all periods, and of the width of vector instructions.
-const LANES: usize = 24;
-/// Displacements of a node.
-const PERIODS: [usize; 3] = [2, 1, 3];
-/// Shorter runs are not worth it.
-const SHORTEST: usize = 2 * LANES;
-/// Entries are equal if they differ by so many units in the last place of the largest of the row: sums of the same elements in another order.
-const SAME: f64 = 64.0 * f64::EPSILON;
 /// Rows of a product that wait to be used.
 const PART: usize = 512;
+/// Blocks do not pay where more of the rows repeat, or fewer of the entries stand in blocks.
+const SHARE: f64 = 0.5;
 
-/// Diagonals whose weights repeat.
-#[derive(Debug, Clone)]
-struct Stencil {
-    offsets: Vec<isize>,
-    weights: Vec<[f64; LANES]>,
-}
-
-/// Rows of one kind.
-#[derive(Debug, Clone)]
-struct Run {
-    rows: Range<usize>,
-    stencil: Option<Stencil>,
-}
-
-/// What repeats in a matrix, for products with it.
+/// What products with a matrix need to know of it.
 #[derive(Debug, Clone)]
 pub struct Kernel {
-    runs: Vec<Run>,
+    way: Way,
     arch: Arch,
 }
 
-/// Whether a row has the entries of another that is `shift` rows before it.
-fn repeats(matrix: &Csr, row: usize, first: usize) -> bool {
-    let shift = row - first;
-    let (mut of_row, mut of_first) = (matrix.row(row), matrix.row(first));
-    let size = matrix.row(first).fold(0.0f64, |m, e| m.max(e.1.abs()));
-    loop {
-        match (of_row.next(), of_first.next()) {
-            (None, None) => return true,
-            (Some((j, v)), Some((i, w))) if j == i + shift && (v - w).abs() <= SAME * size => {}
-            _ => return false,
-        }
-    }
-}
-
-impl Stencil {
-    /// Of the `period` rows from `first` on.
-    fn of(matrix: &Csr, first: usize, period: usize) -> Stencil {
-        let offset = |i: usize, j: usize| j as isize - i as isize;
-        let rows = first..first + period;
-        let mut offsets: Vec<isize> =
-            rows.clone().flat_map(|i| matrix.row(i).map(move |(j, _)| offset(i, j))).collect();
-        offsets.sort_unstable();
-        offsets.dedup();
-        let mut weights = vec![[0.0; LANES]; offsets.len()];
-        for i in rows {
-            for (j, v) in matrix.row(i) {
-                let Ok(e) = offsets.binary_search(&offset(i, j)) else { continue };
-                (i - first..LANES).step_by(period).for_each(|lane| weights[e][lane] = v);
-            }
-        }
-        Stencil { offsets, weights }
-    }
-
-    /// `y ← A x` of rows from `first` on, which is the lane `lane`.
-    #[inline(always)]
-    fn mul(&self, mut first: usize, mut lane: usize, x: &[f64], mut y: &mut [f64]) {
-        while !y.is_empty() {
-            if lane == 0 && y.len() >= LANES {
-                let (part, rest) = y.split_at_mut(LANES);
-                let mut sums = [0.0; LANES];
-                for (o, w) in self.offsets.iter().zip(&self.weights) {
-                    let at = (first as isize + o) as usize;
-                    let x = &x[at..at + LANES];
-                    for l in 0..LANES {
-                        sums[l] += w[l] * x[l];
-                    }
-                }
-                part.copy_from_slice(&sums);
-                (first, y) = (first + LANES, rest);
-                continue;
-            }
-            let mut sum = 0.0;
-            for (o, w) in self.offsets.iter().zip(&self.weights) {
-                sum += w[lane] * x[(first as isize + o) as usize];
-            }
-            y[0] = sum;
-            (first, lane, y) = (first + 1, (lane + 1) % LANES, &mut y[1..]);
-        }
-    }
-}
-
-/// Some rows of a run, for whatever vector instructions there are: the sums are the same with all of them.
-struct Part<'a> {
-    stencil: &'a Stencil,
-    first: usize,
-    lane: usize,
-    x: &'a [f64],
-    y: &'a mut [f64],
-}
-
-impl WithSimd for Part<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.stencil.mul(self.first, self.lane, self.x, self.y);
-    }
+#[derive(Debug, Clone)]
+enum Way {
+    Runs(Runs),
+    Half(Half),
 }
 
 impl Kernel {
-    /// Find what repeats.
-    pub fn new(matrix: &Csr) -> Kernel {
-        let (n, columns) = (matrix.n_rows(), matrix.n_cols());
-        let mut runs: Vec<Run> = vec![];
-        let mut plain = 0;
-        let mut i = 0;
-        while i < n {
-            let found = PERIODS.iter().find_map(|&p| {
-                let mut end = i + p;
-                while end < n && repeats(matrix, end, i + (end - i) % p) {
-                    end += 1;
-                }
-                (end <= n && end - i >= SHORTEST).then_some((p, end))
-            });
-            let inside = |(p, end): (usize, usize)| {
-                let stencil = Stencil::of(matrix, i, p);
-                let (low, high) = (*stencil.offsets.first()?, *stencil.offsets.last()?);
-                let fits = i as isize + low >= 0 && end as isize - 1 + high < columns as isize;
-                fits.then_some((stencil, end))
-            };
-            let Some((stencil, end)) = found.and_then(inside) else {
-                i += 1;
-                continue;
-            };
-            if plain < i {
-                runs.push(Run { rows: plain..i, stencil: None });
-            }
-            runs.push(Run { rows: i..end, stencil: Some(stencil) });
-            (i, plain) = (end, end);
-        }
-        if plain < n {
-            runs.push(Run { rows: plain..n, stencil: None });
-        }
-        Kernel { runs, arch: Arch::new() }
+    /// Find what repeats, or the blocks: `nodes` are the first of `width` rows each that belong to one node.
+    pub fn new(matrix: &Csr, width: usize, nodes: &[usize]) -> Kernel {
+        let runs = Runs::new(matrix);
+        let pays = matrix.n_rows() >= LARGE && runs.repeating() < SHARE;
+        let half = if pays { Half::new(matrix, width, nodes) } else { None };
+        let way = match half.filter(|h| h.share_in_blocks() > SHARE) {
+            Some(half) => Way::Half(half),
+            None => Way::Runs(runs),
+        };
+        Kernel { way, arch: Arch::new() }
     }
 
     /// The share of the rows that repeat.
     #[cfg(test)]
     pub(crate) fn repeating(&self) -> f64 {
-        let rows = self.runs.iter().filter(|r| r.stencil.is_some()).map(|r| r.rows.len());
-        let all = self.runs.last().map_or(1, |r| r.rows.end);
-        rows.sum::<usize>() as f64 / all as f64
+        match &self.way {
+            Way::Runs(runs) => runs.repeating(),
+            Way::Half(_) => 0.0,
+        }
     }
 
-    /// `y ← A x` of some rows of the matrix, for several vectors at once.
-    #[inline]
+    /// `y ← A x` of some rows of the matrix for several vectors at once, on all threads where that pays; `each` gets the first of some rows that are complete, and these.
     pub(crate) fn mul_rows<const N: usize>(
         &self,
         matrix: &Csr,
         rows: Range<usize>,
         x: [&[f64]; N],
-        y: &mut [&mut [f64]; N],
+        y: [&mut [f64]; N],
+        each: impl Fn(usize, [&mut [f64]; N]) + Sync,
     ) {
-        let mut k = self.runs.partition_point(|r| r.rows.end <= rows.start);
-        let mut first = rows.start;
-        while first < rows.end {
-            let run = &self.runs[k];
-            let end = run.rows.end.min(rows.end);
-            let part = first - rows.start..end - rows.start;
-            match &run.stencil {
-                Some(stencil) => {
-                    let lane = (first - run.rows.start) % LANES;
-                    for (x, y) in x.iter().zip(y.iter_mut()) {
-                        let y = &mut y[part.clone()];
-                        self.arch.dispatch(Part { stencil, first, lane, x, y });
-                    }
-                }
-                None => {
-                    for i in first..end {
-                        let sums = matrix.row_dots(i, x);
-                        y.iter_mut().zip(sums).for_each(|(y, s)| y[i - rows.start] = s);
-                    }
-                }
-            }
-            (first, k) = (end, k + 1);
+        match &self.way {
+            Way::Runs(runs) => blocks(y, |first, mut y| {
+                let first = rows.start + first;
+                runs.mul_rows(self.arch, matrix, first..first + y[0].len(), x, &mut y);
+                each(first, y);
+            }),
+            Way::Half(half) => half.mul_rows(self.arch, rows, x, y, |y| y.fill(0.0), each),
         }
+    }
+
+    /// `y ← A x`, for several vectors at once.
+    pub fn mul<const N: usize>(&self, matrix: &Csr, x: [&[f64]; N], y: [&mut [f64]; N]) {
+        self.mul_rows(matrix, 0..matrix.n_rows(), x, y, |_, _| {});
     }
 
     /// `y -= A x`.
     pub(crate) fn mul_sub(&self, matrix: &Csr, x: &[f64], y: &mut [f64]) {
-        blocks([&mut y[..matrix.n_rows()]], |first, [y]| {
-            self.parts(matrix, first..first + y.len(), x, |rows, of_rows| {
-                let part = rows.start - first..rows.end - first;
-                y[part].iter_mut().zip(of_rows).for_each(|(y, s)| *y -= s);
-            });
-        });
+        let y = &mut y[..matrix.n_rows()];
+        match &self.way {
+            Way::Runs(runs) => blocks([y], |first, [y]| {
+                self.parts(runs, matrix, first..first + y.len(), x, |rows, of_rows| {
+                    let part = rows.start - first..rows.end - first;
+                    y[part].iter_mut().zip(of_rows).for_each(|(y, s)| *y -= s);
+                });
+            }),
+            Way::Half(half) => {
+                let turn = |y: &mut [f64]| y.iter_mut().for_each(|y| *y = -*y);
+                half.mul_rows(self.arch, 0..y.len(), [x], [y], turn, |_, [y]| turn(y));
+            }
+        }
     }
 
     /// The quadratic form `xᵀ A x`.
     pub fn quadratic(&self, matrix: &Csr, x: &[f64]) -> f64 {
-        sum_of_blocks(matrix.n_rows(), |rows| {
-            let mut sum = 0.0;
-            self.parts(matrix, rows, x, |rows, of_rows| {
-                sum += of_rows.iter().zip(&x[rows]).map(|(y, x)| x * y).sum::<f64>();
-            });
-            sum
-        })
+        match &self.way {
+            Way::Runs(runs) => sum_of_blocks(matrix.n_rows(), |rows| {
+                let mut sum = 0.0;
+                self.parts(runs, matrix, rows, x, |rows, of_rows| {
+                    sum += of_rows.iter().zip(&x[rows]).map(|(y, x)| x * y).sum::<f64>();
+                });
+                sum
+            }),
+            Way::Half(half) => half.quadratic(self.arch, x),
+        }
     }
 
     /// Some rows of `A x`, a few at a time.
     fn parts(
         &self,
+        runs: &Runs,
         matrix: &Csr,
         rows: Range<usize>,
         x: &[f64],
@@ -233,16 +119,9 @@ impl Kernel {
         for first in rows.clone().step_by(PART) {
             let part = first..rows.end.min(first + PART);
             let sums = &mut room[..part.len()];
-            self.mul_rows(matrix, part.clone(), [x], &mut [&mut *sums]);
+            runs.mul_rows(self.arch, matrix, part.clone(), [x], &mut [&mut *sums]);
             take(part, sums);
         }
-    }
-
-    /// `y ← A x`, for several vectors at once.
-    pub fn mul<const N: usize>(&self, matrix: &Csr, x: [&[f64]; N], y: [&mut [f64]; N]) {
-        blocks(y, |first, mut y| {
-            self.mul_rows(matrix, first..first + y[0].len(), x, &mut y);
-        });
     }
 }
 
@@ -284,7 +163,7 @@ mod tests {
         {
             let matrix = plate(columns, rows, odd);
             let n = matrix.n_rows();
-            let kernel = Kernel::new(&matrix);
+            let kernel = Kernel::new(&matrix, 1, &[]);
             assert_eq!(kernel.repeating() > 0.5, rows > 60, "{columns} {rows}");
             let x: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).cos()).collect();
             let z: Vec<f64> = (0..n).map(|i| (0.2 * i as f64).sin()).collect();
@@ -300,9 +179,109 @@ mod tests {
             // any part of it gives the same bits
             for (a, b) in [(0, n), (1, n - 1), (n / 3, n / 2), (n / 2, n / 2 + 1)] {
                 let mut part = vec![0.0; b - a];
-                kernel.mul_rows(&matrix, a..b, [&x], &mut [&mut part]);
+                kernel.mul_rows(&matrix, a..b, [&x], [&mut part], |_, _| {});
                 assert_eq!(part, y[a..b], "{columns} {rows}: {a} {b}");
             }
         }
+    }
+
+    /// Symmetric, no row like another: nodes of `width` displacements on a grid, of which some are held in part, numbered along it or at random.
+    fn irregular(width: usize, sides: [usize; 3], is_random: bool) -> (Csr, Vec<usize>) {
+        let count = sides.iter().product::<usize>();
+        let at = |k: usize| [k / (sides[1] * sides[2]), k / sides[2] % sides[1], k % sides[2]];
+        let near = |k: usize| {
+            let step = |d: usize, c: usize| (at(k)[c] + d).checked_sub(1).filter(|i| *i < sides[c]);
+            let all = (0..27).map(move |d| [step(d / 9, 0), step(d / 3 % 3, 1), step(d % 3, 2)]);
+            let place =
+                move |[a, b, c]: [Option<usize>; 3]| Some((a? * sides[1] + b?) * sides[2] + c?);
+            all.filter_map(place).collect::<Vec<usize>>()
+        };
+        let mut order: Vec<usize> = (0..count).collect();
+        if is_random {
+            let mut state = 7u64;
+            for k in (1..count).rev() {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                order.swap(k, (state >> 33) as usize % (k + 1));
+            }
+        }
+        // a node in seven has but one displacement
+        let mut first = vec![0; count];
+        let (mut n, mut nodes) = (0, vec![]);
+        for &k in &order {
+            first[k] = n;
+            let is_whole = k % 7 != 3;
+            if is_whole {
+                nodes.push(n);
+            }
+            n += if is_whole { width } else { 1 };
+        }
+        let size = |k: usize| if k % 7 == 3 { 1 } else { width };
+        let mut entries = vec![];
+        for k in 0..count {
+            for l in near(k) {
+                for (a, b) in (0..size(k)).flat_map(|a| (0..size(l)).map(move |b| (a, b))) {
+                    let (i, j) = (first[k] + a, first[l] + b);
+                    let v = ((i.min(j) * 37 + i.max(j) * 101) as f64).sin();
+                    entries.push((i, j, v));
+                }
+            }
+        }
+        (Csr::from_triplets(n, n, entries), nodes)
+    }
+
+    #[test]
+    fn one_half_gives_the_products_of_the_whole() {
+        for (width, sides, is_random) in [
+            (3, [40, 6, 5], false),
+            (2, [1, 70, 30], false),
+            (3, [12, 12, 9], true),
+            (2, [1, 2600, 8], false),
+        ] {
+            let (matrix, nodes) = irregular(width, sides, is_random);
+            let n = matrix.n_rows();
+            let kernel = Kernel::new(&matrix, width, &nodes);
+            assert!(matches!(kernel.way, Way::Half(_)), "{width} {sides:?}");
+            let x: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).cos()).collect();
+            let z: Vec<f64> = (0..n).map(|i| (0.2 * i as f64).sin()).collect();
+            let mut exact = vec![0.0; n];
+            matrix.mul(&x, &mut exact);
+            let of = |threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let [mut y, mut w, mut rest] = [vec![0.0; n], vec![0.0; n], exact.clone()];
+                pool.install(|| {
+                    kernel.mul(&matrix, [&x, &z], [&mut y, &mut w]);
+                    kernel.mul_sub(&matrix, &x, &mut rest);
+                    (y, w, rest, kernel.quadratic(&matrix, &x))
+                })
+            };
+            let (y, w, rest, quadratic) = of(1);
+            assert!(y.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-13));
+            assert!(rest.iter().all(|r| r.abs() < 1e-13));
+            assert!((quadratic - matrix.quadratic(&x)).abs() < 1e-11);
+            for threads in [2, 3] {
+                assert_eq!(of(threads), (y.clone(), w.clone(), rest.clone(), quadratic));
+            }
+            // any part of it gives the same bits, and every row is handed on once
+            for (a, b) in [(0, n), (1, n - 1), (n / 3, n / 2), (n / 2, n / 2 + 1), (n - 5, n)] {
+                let mut part = vec![0.0; b - a];
+                let seen = std::sync::Mutex::new(vec![]);
+                kernel.mul_rows(&matrix, a..b, [&z], [&mut part], |first, [y]| {
+                    seen.lock().unwrap().push((first, y.to_vec()));
+                });
+                assert_eq!(part, w[a..b], "{width} {sides:?}: {a} {b}");
+                let mut seen = seen.into_inner().unwrap();
+                seen.sort_by_key(|s| s.0);
+                let all: Vec<f64> = seen.into_iter().flat_map(|s| s.1).collect();
+                assert_eq!(all, part);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_symmetric_is_read_whole() {
+        let (matrix, nodes) = irregular(3, [40, 6, 5], false);
+        let odd = matrix.triplets().map(|(i, j, v)| (i, j, if (i, j) == (0, 4) { 3.0 } else { v }));
+        let odd = Csr::from_triplets(matrix.n_rows(), matrix.n_rows(), odd.collect());
+        assert!(matches!(Kernel::new(&odd, 3, &nodes).way, Way::Runs(_)));
     }
 }

@@ -13,7 +13,9 @@ use std::collections::BTreeMap;
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 
 use super::FemError;
-use super::sparse::{Csr, SpdFactor, ldl_pivots};
+use super::factor::SpdFactor;
+use super::simplicial::ldl_pivots;
+use super::sparse::Csr;
 
 /// A motion without mass.
 #[derive(Debug, Clone, PartialEq)]

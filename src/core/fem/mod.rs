@@ -2,15 +2,18 @@
 
 pub(crate) mod body;
 pub(crate) mod carried;
+mod components;
 pub(crate) mod dense;
 pub(crate) mod discrete;
 pub(crate) mod dofs;
 pub(crate) mod dynamic;
 pub mod eigen;
 pub(crate) mod element;
+mod factor;
 mod finer;
 pub mod formats;
 pub(crate) mod frame;
+mod half;
 #[doc(hidden)]
 pub mod interpolate;
 pub(crate) mod kernel;
@@ -20,26 +23,32 @@ mod massless;
 mod matrix_market;
 mod moments;
 mod normals;
+mod order;
 #[doc(hidden)]
 pub mod pair;
 pub(crate) mod pivots;
 mod probe;
 pub(crate) mod reduction;
 pub mod shape;
+mod simplicial;
 pub(crate) mod sparse;
 pub(crate) mod spline;
+mod stencil;
 #[doc(hidden)]
 pub mod stress;
 mod superelement;
 
 pub use body::{Body, Origin};
 pub use carried::Carried;
+pub use components::Components;
 pub(crate) use discrete::along;
 pub use discrete::{Discrete, with_elements};
 pub use dofs::{ContactRows, DofMap};
 pub use dynamic::{DynamicFactor, DynamicStiffness};
 pub use eigen::Modes;
+pub use element::MassForm;
 pub use element::Shape;
+pub use factor::{SolveScratch, SpdFactor};
 pub use finer::{Finer, finer};
 pub use frame::{ContactPoint, Facing, Fix, FrameError, Held};
 pub use kernel::Kernel;
@@ -51,8 +60,8 @@ pub use moments::Moments;
 pub(crate) use pivots::Pivots;
 pub use probe::{Nowhere, Probe, Quantity, Spot};
 pub use reduction::{Interface, Kept, Reduction};
+pub use sparse::Csr;
 pub(crate) use sparse::blocks;
-pub use sparse::{Csr, SolveScratch, SpdFactor};
 pub use spline::Spline;
 pub use superelement::{SuperelementError, free_interface_form};
 

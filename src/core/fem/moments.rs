@@ -15,7 +15,8 @@ use faer::{Accum, Mat, Par, c64};
 
 use super::FemError;
 use super::eigen;
-use super::sparse::{Csr, SpdFactor};
+use super::factor::SpdFactor;
+use super::sparse::Csr;
 
 /// `J`
 const MOMENTS: usize = 16;

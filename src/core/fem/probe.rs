@@ -212,6 +212,7 @@ fn stress_rows(body: &Body, shares: &[Share], components: usize) -> Vec<(usize, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fem::MassForm;
     use crate::fem::frame::{Facing, Held};
     use crate::fem::{DofMap, Material};
     use crate::mesh::structured;
@@ -223,7 +224,12 @@ mod tests {
         let mesh = structured::rectangle(2.0, 1.0, 6, 4);
         let held = [Held::along("left", 0)];
         let dofs = DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap();
-        let body = Body::assemble(mesh, dofs, &[Material::plate(young, nu, 1.0, 0.5)], false);
+        let body = Body::assemble(
+            mesh,
+            dofs,
+            &[Material::plate(young, nu, 1.0, 0.5)],
+            MassForm::Consistent,
+        );
         let (b, d) = (2e-2, -1e-2);
         let u = |p: Point| [b * p[0] + d * p[0] * p[1], 0.0];
         let field: Vec<f64> = body.mesh.nodes().iter().flat_map(|p| u(*p)).collect();

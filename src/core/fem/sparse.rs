@@ -1,24 +1,10 @@
-//! Sparse matrices: compressed rows for products, faer's Cholesky for solves.
+//! Sparse matrices by compressed rows.
 //!
-//! Products `y = A x` run in every right-hand side, so they are plain loops over
-//! compressed rows without allocation. Factorisations are faer's.
+//! Products `y = A x` run in every right-hand side, so they are plain loops without allocation.
 
 use std::ops::Range;
 
-use faer::Side;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Conj, MatMut, Par};
 use rayon::prelude::*;
-
-use super::FemError;
 
 /// A sparse matrix by compressed rows, columns ascending in each.
 #[derive(Debug, Clone, PartialEq)]
@@ -361,9 +347,12 @@ impl Csr {
     }
 }
 
+/// From so many rows on it pays to look for what blocks and components of a matrix have in common; smaller ones stay as they are.
+pub(super) const LARGE: usize = 2000;
+
 /// Rows of one task, and the least number of rows that is shared among threads.
-const BLOCK: usize = 4096;
-const SHARED: usize = 8 * BLOCK;
+pub(super) const BLOCK: usize = 4096;
+pub(super) const SHARED: usize = 8 * BLOCK;
 
 /// A sum over rows, block by block, whoever computes them: the same on any number of threads.
 pub(super) fn sum_of_blocks(n: usize, of: impl Fn(Range<usize>) -> f64 + Sync) -> f64 {
@@ -392,146 +381,6 @@ pub(crate) fn blocks<const N: usize>(
     } else {
         let blocks: Vec<(usize, [&mut [f64]; N])> = blocks.collect();
         blocks.into_par_iter().for_each(|(first, block)| each(first, block));
-    }
-}
-
-/// Cholesky factorisation `A = L Lᵀ` of a symmetric positive definite sparse matrix, or its diagonal.
-///
-/// Solving takes no memory from the allocator: the caller brings a [`SolveScratch`].
-#[derive(Debug)]
-pub enum SpdFactor {
-    /// A diagonal matrix: the reciprocals.
-    Diagonal(Vec<f64>),
-    /// A sparse factor (faer, fill-reducing order).
-    Sparse {
-        /// Structure.
-        symbolic: Box<SymbolicCholesky<usize>>,
-        /// Values of `L`.
-        values: Vec<f64>,
-    },
-}
-
-/// The pivots `D` of `A = L D Lᵀ` without exchanges for size, with the rows that they belong to; none where one of them is zero or no number.
-pub(crate) fn ldl_pivots(
-    a: &Csr,
-    regularization: LdltRegularization<f64>,
-) -> Option<Vec<(usize, f64)>> {
-    let n = a.n_rows();
-    let entries: Vec<_> = a.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
-    let a = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries).ok()?;
-    let simplicial = CholeskySymbolicParams {
-        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-        ..CholeskySymbolicParams::default()
-    };
-    let symbolic =
-        factorize_symbolic_cholesky(a.symbolic(), Side::Lower, SymmetricOrdering::Amd, simplicial)
-            .ok()?;
-    let (SymbolicCholeskyRaw::Simplicial(columns), Some(order)) = (symbolic.raw(), symbolic.perm())
-    else {
-        return None;
-    };
-    let mut values = vec![0.0; symbolic.len_val()];
-    let mut scratch = MemBuffer::new(
-        symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default()),
-    );
-    symbolic
-        .factorize_numeric_ldlt::<f64>(
-            &mut values,
-            a.as_ref(),
-            Side::Lower,
-            regularization,
-            Par::Seq,
-            MemStack::new(&mut scratch),
-            Default::default(),
-        )
-        .ok()?;
-    let (forward, _) = order.arrays();
-    let pivots: Vec<(usize, f64)> =
-        (0..n).map(|k| (forward[k], values[columns.col_ptr()[k]])).collect();
-    pivots.iter().all(|p| !p.1.is_nan()).then_some(pivots)
-}
-
-/// Work space of [`SpdFactor::solve`].
-pub struct SolveScratch(MemBuffer);
-
-impl std::fmt::Debug for SolveScratch {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("SolveScratch")
-    }
-}
-
-impl SpdFactor {
-    /// Factorise; fails with [`FemError::NotPositiveDefinite`].
-    pub fn new(a: &Csr, what: &'static str) -> Result<Self, FemError> {
-        let failed = || FemError::NotPositiveDefinite { what };
-        if let Some(d) = a.as_diagonal() {
-            if d.iter().any(|&x| x.is_nan() || x <= 0.0) {
-                return Err(failed());
-            }
-            return Ok(SpdFactor::Diagonal(d.iter().map(|x| 1.0 / x).collect()));
-        }
-        let entries: Vec<_> = a.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
-        let a = SparseColMat::<usize, f64>::try_new_from_triplets(a.n_rows(), a.n_cols(), &entries)
-            .map_err(|_| failed())?;
-        let symbolic = factorize_symbolic_cholesky(
-            a.symbolic(),
-            Side::Lower,
-            SymmetricOrdering::Amd,
-            CholeskySymbolicParams::default(),
-        )
-        .map_err(|_| failed())?;
-        let mut values = vec![0.0; symbolic.len_val()];
-        let mut scratch = MemBuffer::new(
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
-        );
-        symbolic
-            .factorize_numeric_llt::<f64>(
-                &mut values,
-                a.as_ref(),
-                Side::Lower,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut scratch),
-                Default::default(),
-            )
-            .map_err(|_| failed())?;
-        Ok(SpdFactor::Sparse { symbolic: Box::new(symbolic), values })
-    }
-
-    /// Work space for up to two right-hand sides.
-    pub fn scratch(&self) -> SolveScratch {
-        self.scratch_of(2)
-    }
-
-    /// Work space for that many right-hand sides.
-    pub(crate) fn scratch_of(&self, columns: usize) -> SolveScratch {
-        SolveScratch(match self {
-            SpdFactor::Diagonal(_) => MemBuffer::new(faer::dyn_stack::StackReq::EMPTY),
-            SpdFactor::Sparse { symbolic, .. } => {
-                MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq))
-            }
-        })
-    }
-
-    /// `x ← A⁻¹ x`; vectors one after the other, as many as the work space is for.
-    pub fn solve(&self, x: &mut [f64], scratch: &mut SolveScratch) {
-        match self {
-            SpdFactor::Diagonal(inverse) => {
-                for part in x.chunks_exact_mut(inverse.len()) {
-                    part.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d);
-                }
-            }
-            SpdFactor::Sparse { symbolic, values } => {
-                let n = symbolic.nrows();
-                let columns = x.len() / n;
-                LltRef::<usize, f64>::new(symbolic, values).solve_in_place_with_conj(
-                    Conj::No,
-                    MatMut::from_column_major_slice_mut(x, n, columns),
-                    Par::Seq,
-                    MemStack::new(&mut scratch.0),
-                );
-            }
-        }
     }
 }
 
@@ -577,23 +426,5 @@ mod tests {
         assert_eq!(one, on(5));
         let slow: f64 = (0..n).map(|i| x[i] * a.row_dot(i, &x)).sum();
         assert!((one.0 - slow).abs() < 1e-12 * slow);
-    }
-
-    #[test]
-    fn factor_solves() {
-        let a = laplacian(200);
-        let f = SpdFactor::new(&a, "test").unwrap();
-        let x0: Vec<f64> = (0..200).map(|i| (i as f64 * 0.37).sin()).collect();
-        let mut x = vec![0.0; 200];
-        a.mul(&x0, &mut x);
-        f.solve(&mut x, &mut f.scratch());
-        let worst = x.iter().zip(&x0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(worst < 1e-11, "{worst}");
-    }
-
-    #[test]
-    fn indefinite_is_an_error() {
-        let a = Csr::from_triplets(2, 2, vec![(0, 0, 1.0), (0, 1, 2.0), (1, 0, 2.0), (1, 1, 1.0)]);
-        assert!(SpdFactor::new(&a, "test").is_err());
     }
 }

@@ -18,7 +18,8 @@ use thiserror::Error;
 
 use super::FemError;
 use super::eigen;
-use super::sparse::{Csr, SpdFactor};
+use super::factor::SpdFactor;
+use super::sparse::Csr;
 
 /// The residual flexibility `R` is one when its eigenvalues do not spread further.
 const FLEXIBLE: f64 = 1e-6;

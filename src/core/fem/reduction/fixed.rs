@@ -14,7 +14,8 @@ use super::{Interface, Kept, Reduction, independent, kept};
 use crate::fem::FemError;
 use crate::fem::body::Body;
 use crate::fem::eigen;
-use crate::fem::sparse::{Csr, SpdFactor};
+use crate::fem::factor::SpdFactor;
+use crate::fem::sparse::Csr;
 
 impl Reduction {
     /// The basis of a body whose contact conditions touch the displacements `interface` of `u_O`.

@@ -13,7 +13,7 @@ use super::{Interface, Kept, Reduction, independent, kept};
 use crate::fem::FemError;
 use crate::fem::body::Body;
 use crate::fem::eigen::Modes;
-use crate::fem::sparse::SpdFactor;
+use crate::fem::factor::SpdFactor;
 
 impl Reduction {
     /// The basis of a body whose open phase has the modes of which `lowest` gives so many as are asked for, with `forces` over `u_O` whose static shapes are kept.

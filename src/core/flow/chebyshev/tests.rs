@@ -1,6 +1,6 @@
 use super::*;
 use crate::contact::{Contacts, Gaps, MassChoice, Rayleigh, States, Stress};
-use crate::fem::{Body, DofMap, Facing, Held, Material};
+use crate::fem::{Body, DofMap, Facing, Held, MassForm, Material};
 use crate::flow::Modal;
 use crate::mesh::structured;
 
@@ -10,7 +10,8 @@ fn plate(nx: usize, ny: usize, lumped: bool, choice: (Stress, MassChoice)) -> Sy
     let held = [Held::along("left", 0), Held::along("left", 1)];
     let dofs = DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap();
     let gap = vec![0.1; dofs.contact.len()];
-    let body = Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.3, 1.0, 1.0)], lumped);
+    let form = if lumped { MassForm::Lumped } else { MassForm::Consistent };
+    let body = Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.3, 1.0, 1.0)], form);
     System::new(body, &Contacts { gaps: Gaps::front(gap), lumped: false }, choice).unwrap()
 }
 
