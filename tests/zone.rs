@@ -266,7 +266,8 @@ fn numbers_of_nodes_say_nothing() {
         std::fs::write(&file, msh(mesh, |_| 0)).unwrap();
         let text = plate([120, 8], "gap = 0.05", "")
             .replace("kind = \"plate\"", &format!("kind = \"mesh\"\nfile = \"{}\"", file.display()))
-            .replace("size = [4.0, 0.4]\nelements = [120, 8]\n", "")
+            .replace("size = [4.0, 0.4]\nelements = [120, 8]\n", "state = \"plane stress\"\n")
+            .replace("mass = \"lumped\"\n", "mass = \"lumped\"\n[[material]]\n")
             .replace("edge = ", "group = ");
         let body = problem(&text);
         assert!(Zoned::new(&body.system).is_some());
