@@ -74,6 +74,26 @@ fn triangles_are_raised_to_the_mesh_of_second_order() {
     assert!((beside(switches[1]) / b["switches"][0]["t"].as_f64().unwrap() - 1.0).abs() < 1e-8);
 }
 
+/// A lumped mass has no elements of second order beside it: these have a consistent one.
+#[test]
+fn lumped_triangles_are_raised_with_a_consistent_mass() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |kind, name: &str, mass: &str| {
+        let mesh = rectangle(kind, [0.0, 1.0], 0.4, (6, 3), 0.0);
+        let file = scene(folder.path(), name, &mesh, HELD);
+        let text = std::fs::read_to_string(&file).unwrap();
+        let text = text.replace("[body]\n", &format!("[body]\nmass = '{mass}'\n"));
+        written(folder.path(), &format!("{name}.toml"), &text)
+    };
+    let said = json(&["trust", &of(ElementKind::Tri3, "t3", "lumped")]);
+    let fine = of(ElementKind::Tri6, "t6", "consistent");
+    assert_eq!(said["beside"][0]["replaced"], "raised");
+    let other = numbers(&json(&["modes", &fine])["open"]["omega"]);
+    for (k, f) in figures(&said, "frequency").iter().take(3).enumerate() {
+        assert!((beside(f) / other[k] - 1.0).abs() < 1e-9, "{f} {}", other[k]);
+    }
+}
+
 /// The error that it predicts for slender cantilevers of linear elements against meshes that are so fine that their own error does not count.
 #[test]
 fn the_error_of_a_cantilever_is_what_it_says() {

@@ -11,7 +11,7 @@ use crate::mesh::{Basis, ElementKind, Family};
 use crate::problem::Problem;
 use crate::records::{Beside, Figure, Relief, Replaced, Trust};
 use crate::report::summary::{inward_corners, significant};
-use crate::scenario::Scene;
+use crate::scenario::{MassKind, Scene};
 use crate::simulate::{run_table, simulate};
 
 use super::SetUp;
@@ -244,7 +244,14 @@ fn replaced(scene: &Scene, what: Replaced) -> Option<(Scene, String)> {
     let text = match what {
         Replaced::Raised => {
             scene.finer = Finer::Raised;
-            "the same mesh of second order".to_owned()
+            // whose row sums give corners nothing
+            match scene.body.mass {
+                MassKind::Lumped => {
+                    scene.body.mass = MassKind::Consistent;
+                    "the same mesh of second order, with a consistent mass".to_owned()
+                }
+                _ => "the same mesh of second order".to_owned(),
+            }
         }
         Replaced::Halved => {
             scene.finer = Finer::Halved;
