@@ -24,7 +24,7 @@ impl Observer for Look<'_> {
         self.1.t.push(s.t);
         self.1.borne.push(system.bearings.of(&system.body, (&system.loads, s.t), [s.u, s.v, s.a]));
         let resultants = signorini::contact::Resultants::new(system);
-        let [force, _] = resultants.of(s.pressure, s.traction);
+        let [force, _] = resultants.of(s.pressure, s.traction, s.u);
         self.1.contact.push(force);
         Ok(())
     }
@@ -174,6 +174,31 @@ fn files_know_what_supports_and_springs_bear() {
     let largest = springs.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     assert_eq!(said["forces"][4]["maximum"].as_f64().unwrap(), largest);
     assert_eq!(h5.dataset("bodies/momentum").unwrap().shape(), [t.len(), 4]);
+}
+
+/// At a switch a pressure is a rounding error, and such a force acts nowhere; any other somewhere on the edge.
+#[test]
+fn what_rounding_errors_leave_acts_nowhere() {
+    let place = tempfile::tempdir().unwrap();
+    let file = place.path().join("run.h5");
+    json(&["run", "scenarios/plate.toml", "-o", file.to_str().unwrap()]);
+    let h5 = crate::common::hdf5_files().open(&file).unwrap();
+    let table = |name: &str| h5.dataset(name).unwrap().read_2d::<f64>().unwrap();
+    let (force, at) = (table("forces/contact/force"), table("forces/contact/place"));
+    let (pressure, nodes) = (table("trajectory/pressure"), table("mesh/nodes"));
+    let top = nodes.rows().into_iter().fold(0.0f64, |m, p| m.max(p[1]));
+    let most = force.iter().fold(0.0f64, |m, f| m.max(f.abs()));
+    let [mut nowhere, mut somewhere] = [0; 2];
+    for ((force, at), pressure) in force.rows().into_iter().zip(at.rows()).zip(pressure.rows()) {
+        if force[0].abs() < 1e-10 * most {
+            assert!(at.iter().all(|x| x.is_nan()), "{force} at {at}");
+            nowhere += usize::from(pressure.iter().any(|p| *p != 0.0));
+        } else {
+            assert!((0.0..=top).contains(&at[1]), "{force} at {at}");
+            somewhere += 1;
+        }
+    }
+    assert!(nowhere > 0 && somewhere > 10, "{nowhere} {somewhere}");
 }
 
 /// An orbit at another frequency than the scene's is borne at its own: the wall of a shaken bar carries its momentum round, and back.

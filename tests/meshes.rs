@@ -462,6 +462,27 @@ fn what_a_mesh_cannot_do_is_said() {
     let lumped = good.replace("kind = \"mesh\"\n", "kind = \"mesh\"\nmass = \"lumped\"\n");
     assert!(refusal(triangles.path(), &lumped).contains("second-order elements"));
     problem(&scene(place.path(), &lumped));
+    // of several bodies the one with these elements
+    let of =
+        |name: &str, rest: &str| format!("[[body]]\nname = \"{name}\"\nmass = \"lumped\"\n{rest}");
+    let two = of(
+        "a",
+        "kind = \"plate\"\nsize = [1.0, 0.5]\nelements = [4, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n",
+    ) + &of(
+        "b",
+        "kind = \"mesh\"\nfile = \"body.msh\"\nstate = \"plane stress\"\nmove = [1.1, 0.0]\n",
+    ) + "[[material]]\ngroup = \"b\"\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+           [[support]]\nedge = \"a:left\"\nfix = [\"x\", \"y\"]\n[[support]]\ngroup = \"b:right\"\nfix = [\"x\", \"y\"]\n";
+    let said = refusal(triangles.path(), &two);
+    assert!(said.contains("body[1].mass") && said.contains("second-order elements"), "{said}");
+    // on the axis of a ring Simpson's rule has no weight
+    let ring = folder(&rectangle(ElementKind::Quad9, [0.0, 1.0], 0.5, (4, 2), 0.0));
+    let axis = "[[support]]\ngroup = \"left\"\nfix = [\"x\", \"y\"]\n";
+    let ring_text = text("axisymmetric", &format!("{axis}{contact}"));
+    let lumped = ring_text.replace("kind = \"mesh\"\n", "kind = \"mesh\"\nmass = \"lumped\"\n");
+    let said = refusal(ring.path(), &lumped);
+    assert!(said.contains("nodes on the axis no mass") && !said.contains("nine nodes"), "{said}");
+    problem(&scene(ring.path(), &lumped.replace("\"lumped\"", "\"scaled-diagonal\"")));
     // plates name edges
     let said = refusal(
         place.path(),

@@ -110,7 +110,7 @@ impl Observer for Watch<'_> {
 
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
         let dim = self.resultants.dim.max(1);
-        let [force, _] = self.resultants.of(s.pressure, s.traction);
+        let [force, _] = self.resultants.of(s.pressure, s.traction, s.u);
         for (most, own) in self.forces.iter_mut().zip(force.chunks_exact(dim)) {
             *most = most.max(size(own));
         }
@@ -244,13 +244,10 @@ fn replaced(scene: &Scene, what: Replaced) -> Option<(Scene, String)> {
     let text = match what {
         Replaced::Raised => {
             scene.finer = Finer::Raised;
-            // whose row sums give corners nothing
-            match scene.body.mass {
-                MassKind::Lumped => {
-                    scene.body.mass = MassKind::Consistent;
-                    "the same mesh of second order, with a consistent mass".to_owned()
-                }
-                _ => "the same mesh of second order".to_owned(),
+            // of a diagonal mass corners have nothing, or errors of the order of the linear elements
+            match std::mem::take(&mut scene.body.mass) {
+                MassKind::Consistent => "the same mesh of second order".to_owned(),
+                _ => "the same mesh of second order, with a consistent mass".to_owned(),
             }
         }
         Replaced::Halved => {

@@ -3,7 +3,7 @@
 use super::ProblemError;
 use super::form::Form;
 use super::given::folder;
-use super::materials::generated;
+use super::materials::{body_key, generated};
 use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::deck;
 use crate::mesh::gmsh::{self, File, Imported, Sides};
@@ -216,7 +216,7 @@ pub(super) fn check_elements(
                 form.node(e.nodes[0])
             );
             let help = "mesh finer there, or with straight sides (Mesh.SecondOrderLinear = 1)";
-            return fail("body.file".to_owned(), message, help);
+            return fail(body_key(scene, e.region) + ".file", message, help);
         }
     }
     // Simpson's rule gives nodes on the axis of a ring nothing
@@ -227,13 +227,23 @@ pub(super) fn check_elements(
     let massless = |b: &&Block| b.kind.is_quadratic() && !has_simpson(b.kind);
     let massless = mesh.blocks().iter().find(massless);
     if let Some(block) = massless.filter(|_| scene.body.mass == MassKind::Lumped) {
-        let message = format!(
-            "\"lumped\" gives nodes of second-order elements ({}) no mass, or a negative one",
-            block.kind.name()
-        );
-        let help = "give mass = \"scaled-diagonal\" or \"consistent\", or mesh with elements of first order, \
-                    quadrilaterals of nine nodes or hexahedra of 27";
-        return fail("body.mass".to_owned(), message, help);
+        let (kind, is_ring) = (block.kind.name(), block.kind == ElementKind::Quad9);
+        let message = match is_ring {
+            true => format!("\"lumped\" gives nodes on the axis no mass (axisymmetric, {kind})"),
+            false => format!(
+                "\"lumped\" gives nodes of second-order elements ({kind}) no mass, or a negative one"
+            ),
+        };
+        let help = match is_ring {
+            true => {
+                "give mass = \"scaled-diagonal\" or \"consistent\", or mesh with elements of first order"
+            }
+            false => {
+                "give mass = \"scaled-diagonal\" or \"consistent\", or mesh with elements of first order, \
+                 quadrilaterals of nine nodes or hexahedra of 27"
+            }
+        };
+        return fail(body_key(scene, block.region) + ".mass", message, help);
     }
     if scene.body.state == Some(State::Axisymmetric) {
         let size = mesh.length();

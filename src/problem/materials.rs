@@ -33,5 +33,20 @@ pub fn materials(scene: &Scene) -> Vec<Material> {
 
 /// Number of bodies that are generated: their materials come before those of the tables.
 pub(super) fn generated(scene: &Scene) -> usize {
-    scene.bodies().iter().filter(|(_, b)| matches!(b.kind, BodyKind::Bar | BodyKind::Plate)).count()
+    scene.bodies().iter().filter(|(_, b)| is_generated(b)).count()
+}
+
+fn is_generated(body: &Body) -> bool {
+    matches!(body.kind, BodyKind::Bar | BodyKind::Plate)
+}
+
+/// What a scene calls the body whose cells are in a region: `body`, or of several `body[k]`.
+pub(super) fn body_key(scene: &Scene, region: usize) -> String {
+    let bodies = scene.bodies();
+    let table = region.checked_sub(generated(scene)).and_then(|i| scene.materials.get(i));
+    let own = match table.and_then(|m| scene.owner(m)) {
+        Some((owner, _)) => bodies.iter().find(|(_, b)| std::ptr::eq(*b, owner)),
+        None => bodies.iter().filter(|(_, b)| is_generated(b)).nth(region),
+    };
+    own.map_or_else(|| "body".to_owned(), |(key, _)| key.clone())
 }

@@ -32,7 +32,7 @@ impl Row {
             pressure: s.pressure.to_vec(),
             traction: s.traction.to_vec(),
             slide: kept.slides(s.u),
-            forces: kept.resultants.of(s.pressure, s.traction),
+            forces: kept.resultants.of(s.pressure, s.traction, s.u),
             borne: kept.borne(s),
             strayed: kept.excursions.of(&kept.body, s.u),
             probes: watched::values(kept, s),

@@ -189,7 +189,7 @@ impl Conditions {
     }
 
     /// Size of the terms that make up the pressure of displacement `d` when displacements are of the order of `u`: rounding errors of pressures are judged against it.
-    fn pressure_scale(&self, d: usize, u: f64, gap: f64) -> f64 {
+    pub(super) fn pressure_scale(&self, d: usize, u: f64, gap: f64) -> f64 {
         self.n_o_sums[d] * u + self.n_c_sums[d] * u.max(gap.abs())
     }
 

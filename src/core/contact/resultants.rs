@@ -17,6 +17,8 @@ struct Share {
     normal: Point,
     tangent: Point,
     place: Point,
+    /// Size of the terms of its force per displacement.
+    stiffness: f64,
 }
 
 /// What is needed to add pressures up.
@@ -37,12 +39,14 @@ impl Resultants {
             return Resultants::default();
         }
         let tangents = system.tangents().unwrap_or_default();
+        let conditions = system.conditions();
         let share = |(i, c): (usize, &super::Constraint)| Share {
             group: c.group,
             area: c.area,
             normal: c.normal,
             tangent: tangents.get(i).and_then(|t| t.as_ref()).map_or([0.0; 3], |t| t.direction),
             place: c.position,
+            stiffness: c.area * conditions.pressure_scale(conditions.points[i].0, 1.0, 0.0),
         };
         // rows of given matrices are no groups, and have directions of their own: their sum is what it is
         let names = match system.body.materials().is_empty() && !system.facing().is_empty() {
@@ -56,22 +60,29 @@ impl Resultants {
         }
     }
 
-    /// Force and place of each group, one behind the other; a group without pressure has no place: not a number.
-    pub fn of(&self, pressure: &[f64], traction: &[f64]) -> [Vec<f64>; 2] {
+    /// Force and place of each group at the displacements `u`, one behind the other; a group without pressure (below 1e-12 of the terms that make it up: at
+    /// switches rounding errors are all that is left) has no place: not a number.
+    pub fn of(&self, pressure: &[f64], traction: &[f64], u: &[f64]) -> [Vec<f64>; 2] {
+        let size = u.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let (dim, count) = (self.dim, self.names.len());
         let (mut force, mut place) = (vec![0.0; dim * count], vec![0.0; dim * count]);
-        let mut sum = vec![0.0; count];
+        let (mut sum, mut least) = (vec![0.0; count], vec![0.0; count]);
         for (i, share) in self.points.iter().enumerate().filter(|(_, s)| s.group < count) {
             let normal = share.area * pressure.get(i).copied().unwrap_or(0.0);
             let along = share.area * traction.get(i).copied().unwrap_or(0.0);
             sum[share.group] += normal;
+            least[share.group] += 1e-12 * share.stiffness * size;
             for c in 0..dim {
                 let k = dim * share.group + c;
                 force[k] += along * share.tangent[c] - normal * share.normal[c];
                 place[k] += normal * share.place[c];
             }
         }
-        place.iter_mut().enumerate().for_each(|(k, x)| *x /= sum[k / dim]);
+        for (k, x) in place.iter_mut().enumerate() {
+            let group = k / dim;
+            let is_known = sum[group].abs() > least[group];
+            *x = if is_known { *x / sum[group] } else { f64::NAN };
+        }
         [force, place]
     }
 }
