@@ -332,8 +332,7 @@ fn drop_rounding(n_rows: usize, n_cols: usize, mut entries: Vec<(usize, usize, f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fem::MassForm;
-    use crate::fem::{Facing, Held};
+    use crate::fem::{Facing, Held, MassForm};
     use crate::mesh::structured;
 
     #[test]

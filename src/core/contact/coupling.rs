@@ -112,21 +112,14 @@ impl Coupling {
 
     /// The block of some points.
     pub fn among(&self, points: &[usize]) -> Csr {
-        let mut place = vec![usize::MAX; self.size()];
-        points.iter().enumerate().for_each(|(k, &i)| place[i] = k);
-        let mut entries = vec![];
-        for (k, &i) in points.iter().enumerate() {
-            let inside = self.row(i).filter(|(j, _)| place[*j] != usize::MAX);
-            entries.extend(inside.map(|(j, v)| (k, place[j], v)));
-        }
-        Csr::from_triplets(points.len(), points.len(), entries)
+        self.rows.among(points)
     }
 
     /// The factor of the block of some points.
     pub fn block(&self, points: &[usize]) -> Result<Block, LcpError> {
         let n = points.len();
         let dense = match &self.dense {
-            None if n >= SMALLEST => return sparse(&self.rows, points),
+            None if n >= SMALLEST => return sparse(&self.among(points)),
             dense => dense.as_ref(),
         };
         let entry = |a: usize, b: usize| match dense {
@@ -146,18 +139,12 @@ impl Coupling {
     }
 }
 
-fn sparse(rows: &Csr, points: &[usize]) -> Result<Block, LcpError> {
-    let mut place = vec![usize::MAX; rows.n_rows()];
-    points.iter().enumerate().for_each(|(k, &i)| place[i] = k);
-    let of_row = |(k, &i): (usize, &usize)| {
-        let inside = rows.row(i).filter(|(j, _)| place[*j] != usize::MAX);
-        inside.map(|(j, v)| Triplet::new(k, place[j], v)).collect::<Vec<_>>()
-    };
-    let entries: Vec<_> = points.iter().enumerate().flat_map(of_row).collect();
-    if entries.iter().all(|e| e.row == e.col) && entries.len() == points.len() {
-        return Ok(Block::Diagonal(entries.iter().map(|e| 1.0 / e.val).collect()));
+fn sparse(block: &Csr) -> Result<Block, LcpError> {
+    let n = block.n_rows();
+    if let Some(diagonal) = block.as_diagonal().filter(|_| block.n_entries() == n) {
+        return Ok(Block::Diagonal(diagonal.iter().map(|d| 1.0 / d).collect()));
     }
-    let n = points.len();
+    let entries: Vec<_> = block.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
     let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries)
         .map_err(|_| LcpError::Singular)?;
     let order = SymbolicLu::try_new(matrix.symbolic()).map_err(|_| LcpError::Singular)?;

@@ -28,7 +28,7 @@ use super::lcp::Side;
 use super::reactions::Holds;
 use super::scratch::Scratch;
 use super::states::States;
-use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
+use crate::fem::{Body, Csr, DofMap, SolveScratch, SpdFactor};
 
 /// Columns of `M⁻¹Rᵀ` are kept while they have at most this many entries.
 const STORE_LIMIT: usize = 2_000_000;
@@ -85,7 +85,7 @@ impl Projector {
         limit: usize,
     ) -> Result<Projector, ContactError> {
         let (size, n_o) = (conditions.count(), conditions.n_o.n_cols());
-        let factor = SpdFactor::of_mass(&body.mass, &body.dofs.node_of_entries())?;
+        let factor = SpdFactor::of_mass(&body.mass, &body.dofs)?;
         // rows 0..n_C: point in contact; rows n_C..2n_C: point free, scaled to the order of one
         let mut entries = vec![];
         for i in 0..size {
@@ -124,15 +124,15 @@ impl Projector {
 }
 
 impl ConstantMass {
-    /// Of the matrix itself, with the nodes of its rows; `open` is `A*_∅` where it is the condensed one.
+    /// Of the matrix itself over the displacements of `dofs` that move by themselves; `open` is `A*_∅` where it is the condensed one.
     pub fn formed(
         reduced: Csr,
-        nodes: &[usize],
+        dofs: &DofMap,
         conditions: &Conditions,
         open: Option<Csr>,
     ) -> Result<ConstantMass, ContactError> {
         let (size, n_o) = (conditions.count(), reduced.n_rows());
-        let factor = SpdFactor::of_mass(&reduced, nodes)?;
+        let factor = SpdFactor::of_mass(&reduced, dofs)?;
         let gram = gram(&factor, &conditions.n_o);
         let n = n_o + size;
         let mass = Csr::from_triplets(n, n, reduced.triplets().collect());

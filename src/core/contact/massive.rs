@@ -118,8 +118,7 @@ impl Massive {
                 node: sites[index].node.unwrap_or(index),
                 at: sites[index].place,
             })?;
-        let nodes = body.dofs.node_of_entries();
-        let mass = ConstantMass::formed(body.mass.leading(n_o), &nodes, &conditions, None)?;
+        let mass = ConstantMass::formed(body.mass.leading(n_o), &body.dofs, &conditions, None)?;
         let restitution = law.restitution();
         let reactions = match restitution {
             Some(_) => Some(Arc::new(Reactions::new(body, obstacle.normal.clone())?)),

@@ -39,7 +39,7 @@ fn modes_beside(
     let singular = FemError::Singular { what: "matrix of what sticks" };
     let rows = Pivots::of(n, &rows).ok_or(singular)?;
     let free = rows.others(n);
-    let among = |a: &Csr| Pivots::among(rows.congruence(a).as_ref().unwrap_or(a), &free);
+    let among = |a: &Csr| rows.congruence(a).as_ref().unwrap_or(a).among(&free);
     let mut modes =
         eigen::lowest(&among(k), &among(m), count.min(free.len()), system.units.frequency)?;
     for shape in &mut modes.shapes {

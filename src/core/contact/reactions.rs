@@ -66,7 +66,7 @@ impl Reactions {
     /// At the points whose normal displacements are these rows.
     pub fn new(body: &Body, normal: Arc<Csr>) -> Result<Reactions, ContactError> {
         let n_o = body.dofs.n_o;
-        let factor = SpdFactor::of_mass(&body.mass.leading(n_o), &body.dofs.node_of_entries())?;
+        let factor = SpdFactor::of_mass(&body.mass.leading(n_o), &body.dofs)?;
         let mut scratch = factor.scratch();
         let along = Columns::new(normal, |x| factor.solve(x, &mut scratch));
         let through = along.columns.product(&body.stiffness.leading(n_o));

@@ -85,8 +85,8 @@ pub(super) fn condensed(
         Some(mass) => ConstantMass::Condensed { gram: OnceLock::new(), mass: mass.into() },
         None => {
             let a_star = Expansion::open(conditions).a_star();
-            let (mass, nodes) = (body.mass.congruence(&a_star), body.dofs.node_of_entries());
-            ConstantMass::formed(mass, &nodes, conditions, Some(a_star))?
+            let mass = body.mass.congruence(&a_star);
+            ConstantMass::formed(mass, &body.dofs, conditions, Some(a_star))?
         }
     };
     Ok(Redistributed::Condensed(mass.into()))
@@ -169,8 +169,7 @@ pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistribu
     // what contact displacements would have is rounding
     entries.retain(|e| e.0 < dofs.n_o && e.1 < dofs.n_o);
     let mass = Csr::from_triplets(dofs.n_o, dofs.n_o, entries);
-    let nodes = dofs.node_of_entries();
-    let mass = ConstantMass::formed(mass, &nodes, conditions, None)?.into();
+    let mass = ConstantMass::formed(mass, dofs, conditions, None)?.into();
     Ok(Redistributed::Optimal { mass, new: weight, old: body.nodal_mass(), direction })
 }
 

@@ -59,15 +59,6 @@ fn parts(a: &Csr) -> Vec<Vec<usize>> {
     parts
 }
 
-/// The rows and columns of a part alone, in its own numbers.
-fn among(a: &Csr, rows: &[usize], own: &mut [usize]) -> Csr {
-    rows.iter().enumerate().for_each(|(k, &i)| own[i] = k);
-    let of_row = |(k, &i): (usize, &usize)| a.row(i).map(move |(j, v)| (k, j, v));
-    let entries =
-        rows.iter().enumerate().flat_map(of_row).map(|(k, j, v)| (k, own[j], v)).collect();
-    Csr::from_triplets(rows.len(), rows.len(), entries)
-}
-
 /// Equal but for sums of the same elements in another order.
 fn is_equal(a: &Csr, b: &Csr) -> bool {
     let of_row = |i: usize| {
@@ -87,7 +78,7 @@ impl Components {
             return None;
         }
         let mut single = vec![];
-        let mut own = vec![0; a.n_rows()];
+        let mut place = vec![usize::MAX; a.n_rows()];
         let mut different: Vec<(Csr, Vec<Vec<usize>>)> = vec![];
         for rows in &mut parts {
             if let [i] = rows[..] {
@@ -95,7 +86,7 @@ impl Components {
                 continue;
             }
             rows.sort_unstable_by_key(|i| (nodes[*i], *i));
-            let matrix = among(a, rows, &mut own);
+            let matrix = a.among_by(rows, &mut place);
             let alike = different.iter_mut().find(|d| d.1.len() < PARTS && is_equal(&d.0, &matrix));
             match alike {
                 Some((_, all)) => all.push(rows.clone()),

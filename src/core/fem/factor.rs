@@ -1,18 +1,14 @@
 //! Cholesky's factors of symmetric positive definite matrices.
 
-use faer::Side;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
-    factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMat, Triplet};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{LltRef, SymbolicCholesky};
 use faer::{Conj, MatMut, Par};
 
-use super::FemError;
 use super::components::Components;
+use super::simplicial::Analysed;
 use super::sparse::{Csr, LARGE};
+use super::{DofMap, FemError};
 
 /// Cholesky factorisation `A = L Lᵀ` of a symmetric positive definite sparse matrix, or its diagonal.
 ///
@@ -55,39 +51,16 @@ impl SpdFactor {
             }
             return Ok(SpdFactor::Diagonal(d.iter().map(|x| 1.0 / x).collect()));
         }
-        let entries: Vec<_> = a.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
-        let a = SparseColMat::<usize, f64>::try_new_from_triplets(a.n_rows(), a.n_cols(), &entries)
-            .map_err(|_| failed())?;
-        let symbolic = factorize_symbolic_cholesky(
-            a.symbolic(),
-            Side::Lower,
-            SymmetricOrdering::Amd,
-            CholeskySymbolicParams::default(),
-        )
-        .map_err(|_| failed())?;
-        let mut values = vec![0.0; symbolic.len_val()];
-        let mut scratch = MemBuffer::new(
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
-        );
-        symbolic
-            .factorize_numeric_llt::<f64>(
-                &mut values,
-                a.as_ref(),
-                Side::Lower,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut scratch),
-                Default::default(),
-            )
-            .map_err(|_| failed())?;
-        Ok(SpdFactor::Sparse { symbolic: Box::new(symbolic), values })
+        let analysed = Analysed::new(a, SupernodalThreshold::default()).ok_or_else(failed)?;
+        let values = analysed.llt().ok_or_else(failed)?;
+        Ok(SpdFactor::Sparse { symbolic: Box::new(analysed.symbolic), values })
     }
 
-    /// The same of a mass matrix, which may couple no displacements but those along one axis; `nodes` tells to which node an entry belongs.
-    pub fn of_mass(a: &Csr, nodes: &[usize]) -> Result<Self, FemError> {
+    /// The same of a mass matrix over the displacements of a numbering, or the first of them: it may couple none but those along one axis.
+    pub fn of_mass(a: &Csr, dofs: &DofMap) -> Result<Self, FemError> {
         let what = "mass matrix";
         let stays = a.n_rows() < LARGE || a.as_diagonal().is_some();
-        let parts = if stays { None } else { Components::new(a, nodes) };
+        let parts = if stays { None } else { Components::new(a, &dofs.node_of_entries()) };
         match parts {
             Some(parts) => Ok(SpdFactor::Components(Box::new(
                 parts.ok_or(FemError::NotPositiveDefinite { what })?,

@@ -224,11 +224,16 @@ impl Half {
         }
     }
 
+    /// How many nodes begin before a row.
+    fn before(&self, row: usize) -> usize {
+        self.first[..self.first.len() - 1].partition_point(|f| *f < row)
+    }
+
     /// The nodes that act on some rows: those before them, their own.
     fn acting(&self, rows: &Range<usize>) -> [Range<usize>; 2] {
         let place = |row: usize| self.first.partition_point(|f| *f <= row) - 1;
         let own = place(rows.start);
-        let end = self.first[..self.first.len() - 1].partition_point(|f| *f < rows.end);
+        let end = self.before(rows.end);
         [place(rows.start.saturating_sub(self.reach))..own, own..end]
     }
 
@@ -297,9 +302,8 @@ impl Half {
     /// `xᵀ A x = Σ_g x_gᵀ(B_gg x_g + 2 Σ_{h>g} B_gh x_h)`
     pub fn quadratic(&self, arch: Arch, x: &[f64]) -> f64 {
         let n = self.first[self.first.len() - 1];
-        let place = |row: usize| self.first[..self.first.len() - 1].partition_point(|f| *f < row);
         sum_of_blocks(n, |rows| {
-            let nodes = place(rows.start)..place(rows.end);
+            let nodes = self.before(rows.start)..self.before(rows.end);
             match self.width {
                 2 => arch.dispatch(Quadratic::<2> { half: self, nodes, x }),
                 _ => arch.dispatch(Quadratic::<3> { half: self, nodes, x }),

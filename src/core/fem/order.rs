@@ -39,12 +39,32 @@ impl<'m> Neighbours<'m> {
         own.iter().flat_map(|e| e.iter().copied())
     }
 
+    /// Puts a node behind those of `order`, and goes on from it.
+    fn begin(
+        &self,
+        node: usize,
+        order: &mut Vec<usize>,
+        is_new: &mut [bool],
+        wanted: impl Fn(usize) -> bool,
+    ) {
+        let first = order.len();
+        is_new[node] = false;
+        order.push(node);
+        self.go_on(order, first, is_new, wanted);
+    }
+
     /// Goes on from the nodes of `order` to all that are connected with them and wanted, level by level; `is_new` is true of nodes that are not in `order`.
-    fn go_on(&self, order: &mut Vec<usize>, from: usize, is_new: &mut [bool], wanted: &[bool]) {
+    fn go_on(
+        &self,
+        order: &mut Vec<usize>,
+        from: usize,
+        is_new: &mut [bool],
+        wanted: impl Fn(usize) -> bool,
+    ) {
         let mut k = from;
         while k < order.len() {
             for n in self.of(order[k]) {
-                if is_new[n] && wanted[n] {
+                if is_new[n] && wanted(n) {
                     is_new[n] = false;
                     order.push(n);
                 }
@@ -75,31 +95,21 @@ pub(super) fn order(mesh: &Mesh, contact: &[usize]) -> Vec<usize> {
     let mut is_new = vec![true; n];
     let mut of_contact = vec![false; n];
     contact.iter().for_each(|&c| of_contact[c] = true);
-    let everywhere = vec![true; n];
     // the contact along itself, from an end of each of its pieces
-    let mut order: Vec<usize> = vec![];
+    let (mut order, mut pieces) = (vec![], vec![]);
+    let mut is_apart = is_new.clone();
     for &c in contact {
-        if !is_new[c] {
-            continue;
+        if is_apart[c] {
+            neighbours.begin(c, &mut pieces, &mut is_apart, |n| of_contact[n]);
+            let end = pieces[pieces.len() - 1];
+            neighbours.begin(end, &mut order, &mut is_new, |n| of_contact[n]);
         }
-        let mut seen = is_new.clone();
-        let mut piece = vec![c];
-        seen[c] = false;
-        neighbours.go_on(&mut piece, 0, &mut seen, &of_contact);
-        let end = piece[piece.len() - 1];
-        let first = order.len();
-        is_new[end] = false;
-        order.push(end);
-        neighbours.go_on(&mut order, first, &mut is_new, &of_contact);
     }
-    neighbours.go_on(&mut order, 0, &mut is_new, &everywhere);
+    neighbours.go_on(&mut order, 0, &mut is_new, |_| true);
     // other bodies, and nodes of no element
     for node in 0..n {
         if is_new[node] {
-            is_new[node] = false;
-            let first = order.len();
-            order.push(node);
-            neighbours.go_on(&mut order, first, &mut is_new, &everywhere);
+            neighbours.begin(node, &mut order, &mut is_new, |_| true);
         }
     }
     order.reverse();

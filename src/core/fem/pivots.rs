@@ -97,13 +97,6 @@ impl Pivots {
         (0..n).filter(|i| !self.pivots.contains(i)).collect()
     }
 
-    /// The rows and columns of `A`, which is `TᵀAT` already, that belong to some of the coordinates, in rising order.
-    pub fn among(a: &Csr, kept: &[usize]) -> Csr {
-        let place = |i: usize| kept.binary_search(&i).ok();
-        let entries = a.triplets().filter_map(|(i, j, v)| Some((place(i)?, place(j)?, v)));
-        Csr::from_triplets(kept.len(), kept.len(), entries.collect())
-    }
-
     /// `y = T ŷ`, in place.
     pub fn forth(&self, y: &mut [f64]) {
         let Some([t, _]) = &self.change else { return };

@@ -1,4 +1,4 @@
-//! Factors of sparse symmetric matrices column by column (faer's, in an order that keeps them sparse).
+//! Factors of sparse symmetric matrices (faer's, in an order that keeps them sparse), and those that go column by column.
 
 use faer::Par;
 use faer::Side;
@@ -15,19 +15,49 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::sparse::Csr;
 
-/// A matrix with what is known of its factor before that is computed.
-fn analysed(a: &Csr) -> Option<(SparseColMat<usize, f64>, SymbolicCholesky<usize>)> {
-    let n = a.n_rows();
-    let entries: Vec<_> = a.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
-    let a = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries).ok()?;
-    let simplicial = CholeskySymbolicParams {
-        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-        ..CholeskySymbolicParams::default()
-    };
-    let symbolic =
-        factorize_symbolic_cholesky(a.symbolic(), Side::Lower, SymmetricOrdering::Amd, simplicial)
+/// A matrix with what is known of its factor before that is computed, in an order that keeps it sparse.
+#[derive(Debug)]
+pub(super) struct Analysed {
+    matrix: SparseColMat<usize, f64>,
+    pub symbolic: SymbolicCholesky<usize>,
+}
+
+impl Analysed {
+    /// `threshold`: when columns of one structure are taken together.
+    pub fn new(a: &Csr, threshold: SupernodalThreshold) -> Option<Analysed> {
+        let n = a.n_rows();
+        let entries: Vec<_> = a.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
+        let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries).ok()?;
+        let parameters = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: threshold,
+            ..CholeskySymbolicParams::default()
+        };
+        let (side, order) = (Side::Lower, SymmetricOrdering::Amd);
+        let symbolic =
+            factorize_symbolic_cholesky(matrix.symbolic(), side, order, parameters).ok()?;
+        Some(Analysed { matrix, symbolic })
+    }
+
+    /// The values of `L` of `A = L Lᵀ`; none where the matrix is not positive definite.
+    pub fn llt(&self) -> Option<Vec<f64>> {
+        let symbolic = &self.symbolic;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let mut scratch = MemBuffer::new(
+            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
+        );
+        symbolic
+            .factorize_numeric_llt::<f64>(
+                &mut values,
+                self.matrix.as_ref(),
+                Side::Lower,
+                LltRegularization::default(),
+                Par::Seq,
+                MemStack::new(&mut scratch),
+                Default::default(),
+            )
             .ok()?;
-    Some((a, symbolic))
+        Some(values)
+    }
 }
 
 /// The pivots `D` of `A = L D Lᵀ` without exchanges for size, with the rows that they belong to; none where one of them is zero or no number.
@@ -36,7 +66,7 @@ pub(crate) fn ldl_pivots(
     regularization: LdltRegularization<f64>,
 ) -> Option<Vec<(usize, f64)>> {
     let n = a.n_rows();
-    let (a, symbolic) = analysed(a)?;
+    let Analysed { matrix, symbolic } = Analysed::new(a, SupernodalThreshold::FORCE_SIMPLICIAL)?;
     let (SymbolicCholeskyRaw::Simplicial(columns), Some(order)) = (symbolic.raw(), symbolic.perm())
     else {
         return None;
@@ -48,7 +78,7 @@ pub(crate) fn ldl_pivots(
     symbolic
         .factorize_numeric_ldlt::<f64>(
             &mut values,
-            a.as_ref(),
+            matrix.as_ref(),
             Side::Lower,
             regularization,
             Par::Seq,
@@ -79,27 +109,14 @@ impl Lower {
     /// None where the matrix is not positive definite.
     pub fn new(a: &Csr) -> Option<Lower> {
         let n = a.n_rows();
-        let (a, symbolic) = analysed(a)?;
+        let analysed = Analysed::new(a, SupernodalThreshold::FORCE_SIMPLICIAL)?;
+        let symbolic = &analysed.symbolic;
         let (SymbolicCholeskyRaw::Simplicial(columns), Some(order)) =
             (symbolic.raw(), symbolic.perm())
         else {
             return None;
         };
-        let mut all = vec![0.0; symbolic.len_val()];
-        let mut scratch = MemBuffer::new(
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
-        );
-        symbolic
-            .factorize_numeric_llt::<f64>(
-                &mut all,
-                a.as_ref(),
-                Side::Lower,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut scratch),
-                Default::default(),
-            )
-            .ok()?;
+        let all = analysed.llt()?;
         let (forward, _) = order.arrays();
         let mut lower = Lower {
             order: forward.to_vec(),

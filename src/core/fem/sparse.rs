@@ -326,6 +326,23 @@ impl Csr {
         Csr::from_triplets(n, n, self.triplets().filter(|(i, j, _)| *i < n && *j < n).collect())
     }
 
+    /// The rows and columns of some coordinates, in this order.
+    pub(crate) fn among(&self, rows: &[usize]) -> Csr {
+        self.among_by(rows, &mut vec![usize::MAX; self.n_cols])
+    }
+
+    /// The same with the places of the coordinates among them, which are `usize::MAX` before and after.
+    pub(super) fn among_by(&self, rows: &[usize], place: &mut [usize]) -> Csr {
+        rows.iter().enumerate().for_each(|(k, &i)| place[i] = k);
+        let mut entries = vec![];
+        for (k, &i) in rows.iter().enumerate() {
+            let inside = self.row(i).filter(|(j, _)| place[*j] != usize::MAX);
+            entries.extend(inside.map(|(j, v)| (k, place[j], v)));
+        }
+        rows.iter().for_each(|&i| place[i] = usize::MAX);
+        Csr::from_triplets(rows.len(), rows.len(), entries)
+    }
+
     /// `α A + β B` of two matrices of one shape.
     pub fn combination(alpha: f64, a: &Csr, beta: f64, b: &Csr) -> Csr {
         let mut sum = Csr { n_cols: a.n_cols, row_start: vec![0], col: vec![], val: vec![] };

@@ -18,6 +18,7 @@ const PERIODS: [usize; 3] = [2, 1, 3];
 const SHORTEST: usize = 2 * LANES;
 /// Entries are equal if they differ by so many units in the last place of the largest of the row: sums of the same elements in another order.
 pub(super) const SAME: f64 = 64.0 * f64::EPSILON;
+
 /// Diagonals whose weights repeat.
 #[derive(Debug, Clone)]
 struct Stencil {

@@ -572,7 +572,7 @@ impl Shapes {
         let (n, sticks) = (m.n_rows(), &held.pivots);
         let free = held.others(n);
         let moving = free.len();
-        let (k_ff, m_ff) = (Pivots::among(k, &free), Pivots::among(m, &free));
+        let (k_ff, m_ff) = (k.among(&free), m.among(&free));
         let own = Shapes::natural(&k_ff, &m_ff, unit)?;
         let mut shapes = Mat::<f64>::zeros(n, n);
         let mut inverse = Mat::<f64>::zeros(n, n);

@@ -15,7 +15,6 @@ use crate::fem::FemError;
 use crate::fem::body::Body;
 use crate::fem::eigen;
 use crate::fem::factor::SpdFactor;
-use crate::fem::sparse::Csr;
 
 impl Reduction {
     /// The basis of a body whose contact conditions touch the displacements `interface` of `u_O`.
@@ -42,11 +41,7 @@ impl Reduction {
             });
         }
         rest.iter().enumerate().for_each(|(r, &i)| place[i] = Some(r));
-        let among_rest = |a: &Csr| {
-            let entries = a.triplets().filter_map(|(i, j, v)| Some((place[i]?, place[j]?, v)));
-            Csr::from_triplets(rest.len(), rest.len(), entries.collect())
-        };
-        let (k, m) = (among_rest(&body.stiffness), among_rest(&body.mass));
+        let (k, m) = (body.stiffness.among(&rest), body.mass.among(&rest));
         let factor = SpdFactor::new(&k, "stiffness matrix of the body whose interface is held")?;
         let mut scratch = factor.scratch();
         let mut extension = |j: usize| {
