@@ -1,7 +1,7 @@
 //! The assembled body: `M ü + C u̇ + K u = f + contact`, prescribed displacements eliminated.
 
 use std::borrow::Cow;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -62,6 +62,8 @@ pub struct Body {
     pub discrete: Vec<Discrete>,
     /// How the mass of the elements is spread.
     pub mass_form: MassForm,
+    /// [`Body::frequency_bound`], once it was asked for.
+    bound: OnceLock<f64>,
 }
 
 /// Elements whose matrices are integrated together, on all threads.
@@ -213,6 +215,7 @@ impl Body {
             structure: None,
             discrete: vec![],
             mass_form: form,
+            bound: OnceLock::new(),
         }
     }
 
@@ -220,7 +223,7 @@ impl Body {
     pub fn with_elements(self, discrete: Vec<Discrete>) -> Body {
         let mass = with_elements(self.mass, &discrete, |e| e.mass);
         let stiffness = with_elements(self.stiffness, &discrete, |e| e.stiffness);
-        Body { mass, stiffness, discrete, ..self }
+        Body { mass, stiffness, discrete, bound: OnceLock::new(), ..self }
     }
 
     /// The body with `points` contact displacements that are but seen, `u_C = n u_O`: they have no rows of their own. `terms` over `u_O` come to its stiffness, and do
@@ -232,7 +235,8 @@ impl Body {
         let own: Vec<_> = self.stiffness.triplets().collect();
         let structure = (!terms.is_empty()).then(|| whole(own.clone()));
         let stiffness = whole(own.into_iter().chain(terms).collect());
-        Body { dofs: self.dofs.with_points(points), mass, stiffness, structure, ..self }
+        let (dofs, bound) = (self.dofs.with_points(points), OnceLock::new());
+        Body { dofs, mass, stiffness, structure, bound, ..self }
     }
 
     /// The body with `count` more entries of `u_O`, its last ones: they have a mass of one, and nothing acts on them.
@@ -250,7 +254,7 @@ impl Body {
         discrete.iter_mut().flat_map(|e| &mut e.row).for_each(|(i, _)| *i = place(*i));
         let dofs = self.dofs.with_memory(count);
         let mass = Csr::from_triplets(n, n, mass);
-        Body { mass, stiffness, discrete, dofs, ..self }
+        Body { mass, stiffness, discrete, dofs, bound: OnceLock::new(), ..self }
     }
 
     /// Stiffness over `u` of the body alone.
@@ -288,6 +292,7 @@ impl Body {
             stiffness,
             discrete: vec![],
             mass_form: MassForm::Consistent,
+            bound: OnceLock::new(),
         })
     }
 
@@ -363,6 +368,7 @@ impl Body {
             structure: None,
             discrete: vec![],
             mass_form: MassForm::Consistent,
+            bound: OnceLock::new(),
         })
     }
 
@@ -500,6 +506,10 @@ impl Body {
     /// Upper bound of the natural frequencies of the body and of all phases of the paper's mass: the largest natural frequency of an
     /// element by itself (Irons; supports and contact conditions only take motions away), and what springs add to its square, `k wᵀM⁻¹w` at the most.
     pub fn frequency_bound(&self) -> f64 {
+        *self.bound.get_or_init(|| self.bound_by_elements())
+    }
+
+    fn bound_by_elements(&self) -> f64 {
         let materials = match &self.origin {
             Origin::Matrices { highest, .. } | Origin::Reduced { highest, .. } => return *highest,
             Origin::Elements(materials) => materials,
@@ -697,6 +707,24 @@ mod tests {
             plate(&[("left", 0), ("left", 1)], MassForm::Consistent).rigid_motions(false).len(),
             0
         );
+    }
+
+    /// The bound is kept: springs that come after it was asked for raise it, above the highest frequency of the matrices.
+    #[test]
+    fn the_bound_of_frequencies_knows_springs_that_come_later() {
+        let body = plate(&[("left", 0), ("left", 1)], MassForm::Lumped);
+        let before = body.frequency_bound();
+        let spring = Discrete { row: vec![(0, 1.0)], stiffness: 1e4, mass: 0.0 };
+        let body = body.with_elements(vec![spring]);
+        let m = body.mass.as_diagonal().unwrap();
+        let mut a = nalgebra::DMatrix::zeros(m.len(), m.len());
+        body.stiffness.triplets().for_each(|(i, j, v)| a[(i, j)] = v / (m[i] * m[j]).sqrt());
+        let highest = a.symmetric_eigenvalues().max().sqrt();
+        let bound = body.frequency_bound();
+        assert!(highest > 2.0 * before && bound >= highest, "{before} {highest} {bound}");
+        assert!(bound < 1.1 * highest, "{highest} {bound}");
+        // once for all that asks
+        assert_eq!(body.clone().bound.get(), Some(&bound));
     }
 
     /// Rows of a uniform mesh are sums of the same numbers in the same order, however fine it is: their products need not read them.
