@@ -169,7 +169,7 @@ fn thirty_one_harmonics_beside_true_orbits() {
         let effort = Effort { multipliers: false, ..Effort::default() };
         let all = census::all(&mut body, Closure::Reversible, &starts, omega, &effort, |_, _| ())
             .unwrap()
-            .0;
+            .orbits;
         let orbit = all.iter().find(|o| (o.energy - of_orbit).abs() < 1e-5).unwrap();
         let series = series_of_orbit(&body, &orbit.z, omega, 31).unwrap();
         let n = r.n();

@@ -501,3 +501,26 @@ fn what_a_user_should_know_is_said() {
     };
     assert!(energy(&viscous).contains("at t = 0") && energy(&high).contains("largest"));
 }
+
+/// What a search and a run took is counted: a derivative a Newton step and those of the multipliers, rows of all products and right-hand sides.
+#[test]
+fn what_it_took_is_counted() {
+    let folder = TempDir::new().unwrap();
+    let said = json(&["orbit", SCENE, "-o", &path(&folder, "orbit.h5").1], 0);
+    let spent = &said["spent"];
+    let steps = said["newton_iterations"].as_u64().unwrap();
+    let of = |name: &str| spent[name].as_u64().unwrap();
+    assert!(steps > 0 && of("derivatives") >= steps, "{spent}");
+    assert!(of("motions") > steps, "{spent}");
+    let text = std::fs::read_to_string(root().join("scenarios/plate.toml")).unwrap();
+    for integrator in ["dop853", "chebyshev"] {
+        let (file, name) = path(&folder, &format!("{integrator}.toml"));
+        let text = text.replace("\"dop853\"", &format!("\"{integrator}\""));
+        std::fs::write(file, text).unwrap();
+        let said = json(&["run", &name, "-o", &path(&folder, &format!("{integrator}.h5")).1], 0);
+        let of = |name: &str| said[name].as_u64().unwrap();
+        let products = of("products") + of("rhs_evaluations");
+        assert!(products > 0);
+        assert_eq!(of("rows"), products * of("n_o"), "{integrator}");
+    }
+}

@@ -160,7 +160,7 @@ class Run(Result):
         verdict: how the run ended, in words; ``status`` says it too.
         method: group with ``name``, ``conserves_energy``, ``mass_ratio``, ...
         final: group with ``u``, ``v`` [n_o] at ``t_end``, in the order of u_O.
-        rhs_evaluations, products, factorisations, steps, rejected, wall_s: what it cost.
+        rhs_evaluations, products, rows (that these read, times vectors), factorisations, steps, rejected, wall_s: what it cost.
     """
 
     t: np.ndarray
@@ -207,6 +207,7 @@ class Run(Result):
     final: Group
     rhs_evaluations: int
     products: int
+    rows: int
     factorisations: int
     steps: int
     rejected: int

@@ -70,7 +70,7 @@ fn conservative(scene: &Scene) -> Result<Places, String> {
         let effort = Effort { multipliers: false, ..Effort::default() };
         let found = all(&mut body, Closure::Reversible, &starts, OMEGA, &effort, |_, _| ())
             .map_err(|e| e.to_string())?;
-        let energies: Vec<f64> = found.0.iter().map(|o| o.energy).collect();
+        let energies: Vec<f64> = found.orbits.iter().map(|o| o.energy).collect();
         eprintln!("conservative, {mesh:?}: {energies:?}");
         places.extend(energies.into_iter().map(|e| (1.0 / mesh[0] as f64, e)));
     }

@@ -11,7 +11,7 @@ use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 
 use super::Arguments;
-use super::words::orbit_json;
+use super::words::{orbit_json, spent_json};
 use crate::cli::progress::Bar;
 use crate::cli::{Answer, CliError, Global};
 
@@ -38,12 +38,14 @@ pub(super) fn all(
     if let Some(bar) = &bar {
         bar.clear();
     }
-    let (found, starts) = found?;
+    let census::Found { orbits: found, starts, spent } = found?;
     let wall = begun.elapsed().as_secs_f64();
     let answer = global.answer(
         || {
             let orbits: Vec<Value> = found.iter().map(|o| orbit_json(body, o)).collect();
-            json!({"omega": omega, "starts": starts, "orbits": orbits, "wall_s": wall})
+            json!({
+                "omega": omega, "starts": starts, "orbits": orbits, "spent": spent_json(spent), "wall_s": wall
+            })
         },
         || {
             let head = format!(

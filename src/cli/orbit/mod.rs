@@ -26,7 +26,7 @@ use super::family::{self, Output};
 use super::{Answer, CliError, Global, load, viscous};
 use all::all;
 use near_return::{Return, near_return};
-use words::{failure_json, orbit_json, orbit_text};
+use words::{failure_json, orbit_json, orbit_text, spent_json};
 
 /// Arguments of `orbit`.
 #[derive(Debug, Args)]
@@ -267,7 +267,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     };
     let Verdict::Orbit(orbit) = &verdict else {
         let viscous = arguments.viscous.viscous;
-        let answer = global.answer(|| failure_json(&verdict, omega), String::new);
+        let answer = global.answer(
+            || {
+                let mut said = failure_json(&verdict, omega);
+                said["spent"] = spent_json(body.spent());
+                said
+            },
+            String::new,
+        );
         let advice = match viscous {
             _ if closure == Closure::Limit => {
                 "run the scene longer and look what it does; --near-return RUN.h5 starts from a stored run"
@@ -281,6 +288,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         return Ok(answer.failed(format!("no orbit{at}: {verdict}\n  {advice}")));
     };
     let mut object = orbit_json(&body, orbit);
+    object["spent"] = spent_json(body.spent());
     object["wall_s"] = begun.elapsed().as_secs_f64().into();
     let cut_short = write(&path, &options, &scene, (&body, orbit, &object))?;
     let wall = begun.elapsed().as_secs_f64();

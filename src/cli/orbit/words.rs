@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use signorini::orbit::credentials::MULTIPLIER_LIMIT;
 use signorini::orbit::search::Verdict;
-use signorini::orbit::{Orbit, Propagator, Stability};
+use signorini::orbit::{Orbit, Propagator, Spent, Stability};
 use signorini::report::summary::significant;
 
 use crate::cli::viscous::{AROUND, MEANING};
@@ -25,6 +25,11 @@ pub(super) fn failure_json(verdict: &Verdict, omega: Option<f64>) -> Value {
         _ => {}
     }
     json
+}
+
+/// What a search took, counted: the same on any number of threads.
+pub(super) fn spent_json(spent: Spent) -> Value {
+    json!({"motions": spent.motions, "derivatives": spent.derivatives})
 }
 
 /// An orbit as a JSON object.

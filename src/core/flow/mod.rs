@@ -85,6 +85,8 @@ pub struct Counters {
     pub rejected: u64,
     /// Products with `M_α⁻¹K_α` (Chebyshev).
     pub products: u64,
+    /// Rows of the body's matrices that evaluations and products read, times vectors.
+    pub rows: u64,
     /// Eigensolutions of phases.
     pub factorisations: u64,
 }
@@ -97,6 +99,7 @@ impl std::ops::Add for Counters {
             steps: self.steps + other.steps,
             rejected: self.rejected + other.rejected,
             products: self.products + other.products,
+            rows: self.rows + other.rows,
             factorisations: self.factorisations + other.factorisations,
         }
     }

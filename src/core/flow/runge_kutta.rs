@@ -329,7 +329,8 @@ impl Flow for RungeKutta<'_> {
     }
 
     fn counters(&self) -> Counters {
-        self.counters
+        let rows = self.counters.rhs_evaluations * self.layout.n_o as u64;
+        Counters { rows, ..self.counters }
     }
 
     fn name(&self) -> &'static str {

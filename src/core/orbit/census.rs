@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::OrbitError;
 use super::branch::mode_guess;
-use super::chain::Propagator;
+use super::chain::{Propagator, Spent};
 use super::credentials::{Orbit, examine};
 use super::search::{Effort, Verdict, find, same};
 use super::shooting::{Closure, Settings};
@@ -21,7 +21,18 @@ const ROUNDS: usize = 2;
 const PUSHED: std::ops::RangeInclusive<usize> = 1..=4;
 const PUSHES: [f64; 2] = [-0.1, 0.1];
 
-/// All different orbits of frequency `omega` that shooting reaches from `starts` and from the neighbours of what it found, by energy; the number of starts.
+/// All different orbits of one frequency that shooting reached.
+#[derive(Debug)]
+pub struct Found {
+    /// By energy.
+    pub orbits: Vec<Orbit>,
+    /// Number of starts.
+    pub starts: usize,
+    /// What all of them took.
+    pub spent: Spent,
+}
+
+/// All different orbits of frequency `omega` that shooting reaches from `starts` and from the neighbours of what it found.
 /// `tick` is told how many are done, and of how many.
 pub fn all(
     body: &mut Propagator,
@@ -30,15 +41,18 @@ pub fn all(
     omega: f64,
     effort: &Effort,
     tick: impl Fn(usize, usize) + Sync,
-) -> Result<(Vec<Orbit>, usize), OrbitError> {
+) -> Result<Found, OrbitError> {
     let newton = Settings { scout: true, ..effort.newton };
     let quick = Effort { multipliers: false, rescue: false, newton };
     let mut found: Vec<Orbit> = vec![];
     let (mut next, mut count) = (starts.to_vec(), 0);
+    let mut spent = Spent::default();
     for _ in 0..=ROUNDS {
         let (known, done) = (found.len(), count);
         count += next.len();
-        for orbit in shoot_all(body, closure, &next, omega, &quick, |k| tick(done + k, count))? {
+        let shot = shoot_all(body, closure, &next, omega, &quick, |k| tick(done + k, count))?;
+        spent = spent + shot.1;
+        for orbit in shot.0 {
             let mut is_known = false;
             for known in &found {
                 is_known = is_known || same(body, known, &orbit)?;
@@ -54,10 +68,10 @@ pub fn all(
         examine(body, closure, &o.z, closure.period(omega), o.iterations, effort.multipliers)
     };
     let found: Result<_, _> = found.iter().map(&mut credentials).collect();
-    Ok((found?, count))
+    Ok(Found { orbits: found?, starts: count, spent: spent + body.spent() })
 }
 
-/// The orbits that starts lead to, in their order.
+/// The orbits that starts lead to, in their order, and what they took.
 fn shoot_all(
     body: &Propagator,
     closure: Closure,
@@ -65,16 +79,16 @@ fn shoot_all(
     omega: f64,
     effort: &Effort,
     tick: impl Fn(usize) + Sync,
-) -> Result<Vec<Orbit>, OrbitError> {
+) -> Result<(Vec<Orbit>, Spent), OrbitError> {
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let (system, stop) = (&body.system, &body.stop);
-    let worker = |_| -> Result<Vec<(usize, Orbit)>, OrbitError> {
+    let worker = |_| -> Result<(Vec<(usize, Orbit)>, Spent), OrbitError> {
         let mut own = Propagator::new(system.clone())?;
         own.stop = stop.clone();
         let mut found = vec![];
         loop {
             let k = next.fetch_add(1, Ordering::Relaxed);
-            let Some(start) = starts.get(k) else { return Ok(found) };
+            let Some(start) = starts.get(k) else { return Ok((found, own.spent())) };
             if let Verdict::Orbit(orbit) = find(&mut own, closure, start, omega, effort)? {
                 found.push((k, *orbit));
             }
@@ -82,10 +96,14 @@ fn shoot_all(
         }
     };
     let workers = rayon::current_num_threads().min(starts.len());
-    let found: Result<Vec<_>, _> = (0..workers).into_par_iter().map(worker).collect();
-    let mut found: Vec<(usize, Orbit)> = found?.into_iter().flatten().collect();
+    let shot: Result<Vec<_>, _> = (0..workers).into_par_iter().map(worker).collect();
+    let (mut found, mut spent) = (vec![], Spent::default());
+    for (orbits, own) in shot? {
+        found.extend(orbits);
+        spent = spent + own;
+    }
     found.sort_by_key(|(k, _)| *k);
-    Ok(found.into_iter().map(|(_, orbit)| orbit).collect())
+    Ok((found.into_iter().map(|(_, orbit)| orbit).collect(), spent))
 }
 
 /// A state pushed along a few modes.

@@ -14,7 +14,7 @@
 //! States are written in the *frame*: `z = (Ω q, q̇)` with the modal coordinates of the open phase (`z = (Ω (q − q°), q̇)` with those of the phase of the equilibrium, where motions
 //! are told around one), so that `½‖z‖²` is the energy of a motion that stays in it and all unknowns are of one kind.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -86,6 +86,41 @@ const RESTS: f64 = 1e-9;
 /// So many columns, over the displacements, pay for a transform that is used again.
 const PAYS: f64 = 0.3;
 
+/// What was done for orbits: counted, because times depend on the machine.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// Motions over a period, or a part of one.
+    pub motions: u64,
+    /// Derivatives of the period map: columns carried along a motion.
+    pub derivatives: u64,
+}
+
+impl std::ops::Add for Spent {
+    type Output = Spent;
+    fn add(self, other: Spent) -> Spent {
+        Spent {
+            motions: self.motions + other.motions,
+            derivatives: self.derivatives + other.derivatives,
+        }
+    }
+}
+
+/// `T B`, without a product where the columns have one entry each: those of unit vectors behind the phase that they are modes of.
+fn applied(t: &Mat<f64>, b: MatRef<f64>) -> Mat<f64> {
+    let single = |c: usize| {
+        let mut entries = b.col(c).iter().enumerate().filter(|e| *e.1 != 0.0);
+        let first = entries.next().map_or((0, 0.0), |(i, x)| (i, *x));
+        entries.next().is_none().then_some(first)
+    };
+    match (0..b.ncols()).map(single).collect::<Option<Vec<_>>>() {
+        Some(entries) => Mat::from_fn(t.nrows(), b.ncols(), |i, c| {
+            let (row, x) = entries[c];
+            t[(i, row)] * x
+        }),
+        None => product(t.as_ref(), b),
+    }
+}
+
 /// A body with the modes of its phases, ready to carry states and tangents through chains.
 #[derive(Debug)]
 pub struct Propagator {
@@ -107,6 +142,8 @@ pub struct Propagator {
     /// Set from elsewhere: the search for an orbit ends with [`super::OrbitError::Stopped`].
     pub stop: Option<Arc<AtomicBool>>,
     transforms: RefCell<Transforms>,
+    /// Motions and derivatives so far.
+    spent: Cell<Spent>,
 }
 
 impl Propagator {
@@ -142,6 +179,7 @@ impl Propagator {
             drift,
             stop: None,
             transforms,
+            spent: Cell::default(),
         })
     }
 
@@ -152,6 +190,17 @@ impl Propagator {
             self.home = self.spectra.of_set(&self.system, &self.home_set)?;
         }
         Ok(())
+    }
+
+    /// What was done so far with this body.
+    pub fn spent(&self) -> Spent {
+        self.spent.get()
+    }
+
+    pub(super) fn count(&self, more: impl FnOnce(&mut Spent)) {
+        let mut spent = self.spent.get();
+        more(&mut spent);
+        self.spent.set(spent);
     }
 
     /// Whether the search is asked to end.
@@ -199,7 +248,7 @@ impl Propagator {
         }
         // not by what is at hand: a result does not depend on what was computed before
         if self.n() <= BY_TRANSFORM || b.ncols() as f64 >= PAYS * self.n() as f64 {
-            return Ok(Some(product(self.transform(from, to)?.as_ref().as_ref(), b)));
+            return Ok(Some(applied(self.transform(from, to)?.as_ref(), b)));
         }
         let u = product(self.spectra.of_set(&self.system, from)?.shapes.as_ref(), b);
         let to = self.spectra.of_set(&self.system, to)?;

@@ -65,7 +65,7 @@ mod touch;
 pub mod viscous;
 pub(crate) mod walk;
 
-pub use chain::{Chain, LARGE, Propagator};
+pub use chain::{Chain, LARGE, Propagator, Spent};
 pub use credentials::Orbit;
 pub use floquet::Stability;
 pub use highest::Highest;

@@ -94,6 +94,7 @@ pub fn integrate_with<O: Observer<Error = Infallible>>(
     observer: &mut O,
 ) -> Result<Passage, OrbitError> {
     let options = Options { until, samples, switch_limit: 40.0 };
+    body.count(|spent| spent.motions += 1);
     let mut flow = flow(body);
     let report =
         event::run(&body.system, x, &options, &mut flow, observer).map_err(|e| match e {

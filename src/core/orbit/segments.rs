@@ -121,7 +121,8 @@ impl Family for Segments<'_> {
         let walk = self.walk(x)?;
         let r = self.assemble(x, &walk);
         let (n, m) = (self.closure.unknowns(self.body.n()), self.chain.events());
-        let tangent = self.body.derivative((&self.chain, &walk), n, Variation::FREE)?;
+        let variation = self.closure.varied(Variation::FREE);
+        let tangent = self.body.derivative((&self.chain, &walk), n, variation)?;
         let closure = self.closure.derivative(&tangent.end, n);
         let mut j = Mat::zeros(n + m, n + m + 1);
         for c in 0..n + m {

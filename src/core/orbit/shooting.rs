@@ -111,6 +111,11 @@ impl Closure {
         }
     }
 
+    /// A variation of which no more is wanted than the residual takes.
+    pub(super) fn varied(self, variation: Variation) -> Variation {
+        Variation { to_velocities: self == Closure::Reversible, ..variation }
+    }
+
     /// Its derivative with respect to `z` from the columns that start as the unit vectors (viscous: and that of `α`).
     pub fn derivative(self, end: &Mat<f64>, unknowns: usize) -> Mat<f64> {
         match self {
@@ -254,7 +259,7 @@ pub(super) fn jacobian(
         Closure::Forced(_) if by_frequency => Some(Parameter::Frequency),
         _ => None,
     };
-    let variation = Variation { by, ..Variation::OF_MAP };
+    let variation = closure.varied(Variation { by, ..Variation::OF_MAP });
     let end = body.derivative((&at.passage.chain, walk), of_state, variation)?.end;
     let mut j =
         closure.derivative(&end, if closure == Closure::Limit { of_state } else { unknowns });

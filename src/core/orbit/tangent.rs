@@ -35,12 +35,14 @@ pub struct Variation {
     pub by: Option<Parameter>,
     /// `α` of a feedback that is a prescribed load to the tangent: the variation of the body that does without it.
     pub released: f64,
+    /// Of the end only velocities are wanted: its displacements are zero.
+    pub to_velocities: bool,
 }
 
 impl Variation {
     /// The derivative of the event-driven map.
     pub(crate) const OF_MAP: Variation =
-        Variation { switches: Switches::Saltation, by: None, released: 0.0 };
+        Variation { switches: Switches::Saltation, by: None, released: 0.0, to_velocities: false };
     /// With switching times as variables of their own.
     pub const FREE: Variation = Variation { switches: Switches::Free, ..Variation::OF_MAP };
 }
@@ -106,7 +108,8 @@ impl Propagator {
         start: MatRef<f64>,
         variation: Variation,
     ) -> Result<Tangent, FemError> {
-        let Variation { switches, by, released } = variation;
+        self.count(|spent| spent.derivatives += 1);
+        let Variation { switches, by, released, to_velocities } = variation;
         let (n, given, m) = (self.n(), start.ncols(), chain.events());
         let free = switches == Switches::Free;
         let k = given + if free { m } else { 0 } + usize::from(by.is_some());
@@ -177,11 +180,17 @@ impl Propagator {
                 }
             }
         }
-        if let Some(passed) = self.passed(place, &self.home_set, b.as_ref())? {
+        let wanted = if to_velocities { b.subcols(k, k) } else { b.as_ref() };
+        if let Some(passed) = self.passed(place, &self.home_set, wanted)? {
             b = passed;
+        } else if to_velocities {
+            b = wanted.to_owned();
         }
-        let end = Mat::from_fn(2 * n, k, |i, c| {
-            if i < n { self.scale[i] * b[(i, c)] } else { b[(i - n, k + c)] }
+        let velocities = b.ncols() - k;
+        let end = Mat::from_fn(2 * n, k, |i, c| match i < n {
+            true if to_velocities => 0.0,
+            true => self.scale[i] * b[(i, c)],
+            false => b[(i - n, velocities + c)],
         });
         Ok(Tangent { end, equations })
     }

@@ -81,11 +81,6 @@ pub(crate) fn run_json(
         "max_tension": report.max_tension, "violation": report.proof.violation,
         "loosened_monitors": report.proof.loosened,
         "final": {"u": system.body.nodal_o(&report.last.u), "v": system.body.nodal_o(&report.last.v)},
-        "rhs_evaluations": report.counters.rhs_evaluations,
-        "products": report.counters.products,
-        "factorisations": report.counters.factorisations,
-        "steps": report.counters.steps,
-        "rejected": report.counters.rejected,
         "lcp_check": report.lcp_check,
         "method": {
             "name": system.method_name(),
@@ -97,6 +92,17 @@ pub(crate) fn run_json(
         "damping": system.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
         "wall_s": wall_s,
     });
+    let counters = &report.counters;
+    for (name, count) in [
+        ("rhs_evaluations", counters.rhs_evaluations),
+        ("products", counters.products),
+        ("rows", counters.rows),
+        ("factorisations", counters.factorisations),
+        ("steps", counters.steps),
+        ("rejected", counters.rejected),
+    ] {
+        said[name] = count.into();
+    }
     if let Some(rubbed) = &report.rubbed {
         let (work, path): (Vec<f64>, Vec<f64>) = rubbed.points.iter().copied().unzip();
         said["friction_work"] = json!(rubbed.work());

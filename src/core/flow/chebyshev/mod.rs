@@ -413,7 +413,8 @@ impl Flow for Chebyshev<'_> {
     }
 
     fn counters(&self) -> Counters {
-        self.counters
+        let rows = self.counters.products * self.recurrence.rows().len() as u64;
+        Counters { rows, ..self.counters }
     }
 
     fn name(&self) -> &'static str {
