@@ -21,11 +21,11 @@ print(f"energy drift inside phases {r.energy_drift:.1e}, largest penetration {r.
 print(r.t.shape, r.u.shape, r.pressure.shape)
 gap_left = r.mesh.gap - r.contact_displacement
 print(f"touching during {np.ptp(r.t[r.active.any(axis=1)]):.4f} of {r.t_end}; smallest gap {gap_left.min():.1e}")
-print(r.switches[0])
+print(r.switches[:1])
 
 # %% [markdown]
-# The first switch is that of the middle of the edge; two nodes as far from it follow together. Why does the energy fall at them? With the paper's inertia the mass of a contact node is another
-# one in contact: each switch has its jump, which the ledger keeps apart from the drift.
+# The first switch is that of the middle of the edge; two nodes as far from it follow together. Why does the energy fall at them? With the paper's
+# inertia the mass of a contact node is another one in contact: each switch has its jump, which the ledger keeps apart from the drift.
 
 # %%
 print(f"sum of the jumps {r.energy_jumps:.6f}, change of the energy {r.energy_end - r.energy_start:.6f}")
