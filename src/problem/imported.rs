@@ -227,21 +227,20 @@ pub(super) fn check_elements(
     let massless = |b: &&Block| b.kind.is_quadratic() && !has_simpson(b.kind);
     let massless = mesh.blocks().iter().find(massless);
     if let Some(block) = massless.filter(|_| scene.body.mass == MassKind::Lumped) {
-        let (kind, is_ring) = (block.kind.name(), block.kind == ElementKind::Quad9);
-        let message = match is_ring {
-            true => format!("\"lumped\" gives nodes on the axis no mass (axisymmetric, {kind})"),
-            false => format!(
-                "\"lumped\" gives nodes of second-order elements ({kind}) no mass, or a negative one"
+        let kind = block.kind.name();
+        let (message, help) = match block.kind {
+            // of a ring
+            ElementKind::Quad9 => (
+                format!("\"lumped\" gives nodes on the axis no mass (axisymmetric, {kind})"),
+                "give mass = \"scaled-diagonal\" or \"consistent\", or mesh with elements of first order",
             ),
-        };
-        let help = match is_ring {
-            true => {
-                "give mass = \"scaled-diagonal\" or \"consistent\", or mesh with elements of first order"
-            }
-            false => {
+            _ => (
+                format!(
+                    "\"lumped\" gives nodes of second-order elements ({kind}) no mass, or a negative one"
+                ),
                 "give mass = \"scaled-diagonal\" or \"consistent\", or mesh with elements of first order, \
-                 quadrilaterals of nine nodes or hexahedra of 27"
-            }
+                 quadrilaterals of nine nodes or hexahedra of 27",
+            ),
         };
         return fail(body_key(scene, block.region) + ".mass", message, help);
     }

@@ -267,14 +267,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     };
     let Verdict::Orbit(orbit) = &verdict else {
         let viscous = arguments.viscous.viscous;
-        let answer = global.answer(
-            || {
-                let mut said = failure_json(&verdict, omega);
-                said["spent"] = spent_json(body.spent());
-                said
-            },
-            String::new,
-        );
+        let answer = global.answer(|| failure_json(&verdict, omega, body.spent()), String::new);
         let advice = match viscous {
             _ if closure == Closure::Limit => {
                 "run the scene longer and look what it does; --near-return RUN.h5 starts from a stored run"

@@ -12,9 +12,10 @@ use signorini::report::summary::significant;
 use crate::cli::viscous::{AROUND, MEANING};
 
 /// Why there is no orbit.
-pub(super) fn failure_json(verdict: &Verdict, omega: Option<f64>) -> Value {
+pub(super) fn failure_json(verdict: &Verdict, omega: Option<f64>, spent: Spent) -> Value {
     let mut json = json!({
         "status": "failed", "converged": false, "omega": omega, "verdict": verdict.word(), "message": verdict.to_string(),
+        "spent": spent_json(spent),
     });
     match verdict {
         Verdict::Fold { omega, energy, switches, singular_value } => {
