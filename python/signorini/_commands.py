@@ -152,6 +152,8 @@ def run(
     output: Output = None,
     *,
     verify_lcp: bool = False,
+    lyapunov: int | None = None,
+    lyapunov_periods: int | None = None,
     resume: bool = False,
     force: bool = False,
     progress: Progress = None,
@@ -164,6 +166,7 @@ def run(
         output: keep the results in this file while they are computed (an interrupted run can be gone on with); left out, they
             live as long as the object, and ``save`` keeps them.
         verify_lcp: compare every stored contact solution with enumeration and an interior-point method.
+        lyapunov: so many Lyapunov exponents of the motion from the end of the run on, over ``lyapunov_periods`` periods of the loads [default: 1000].
         resume: go on with an interrupted run in ``output``.
         force: replace ``output`` if this program made it.
         progress: None: shown in a terminal or a notebook; False: never; or a function of the share done and what is being done.
@@ -180,6 +183,7 @@ def run(
         >>> r.energy_drift, len(r.switches), r.u.shape   # doctest: +SKIP
     """
     options |= {"verify_lcp": verify_lcp, "resume": resume, "force": force}
+    options |= {"lyapunov": lyapunov, "lyapunov_periods": lyapunov_periods}
     return _result(*_to_file("run", scene, output, options, progress))
 
 
@@ -201,6 +205,7 @@ def orbit(
     amplitude: float | None = None,
     near_return: Output | Run = None,
     periods: int = 1,
+    sensitivity: str | Iterable[str] | None = None,
     force: bool = False,
     progress: Progress = None,
     **options: Any,
@@ -213,6 +218,7 @@ def orbit(
         amplitude: start from the first mode of the open body at this amplitude over grazing, in place of the scene's state.
         near_return: a ``Run`` or its file: start from its best near-return (of a forced body: after ``periods`` of the loads).
         periods: periods of the loads in one of the orbit.
+        sensitivity: keys of the scene by whose numbers the orbit is differentiated (``"contact.gap"``, ``"load[0].amplitude"``, ``"omega"``): ``orbit.sensitivity``.
         output, force, progress: as for ``run``.
 
     Returns:
@@ -224,7 +230,7 @@ def orbit(
     if isinstance(near_return, Result):
         near_return = near_return.path
     options |= {"omega": omega, "period": period, "viscous": viscous, "beta": beta, "amplitude": amplitude}
-    options |= {"near_return": near_return, "periods": periods, "force": force}
+    options |= {"near_return": near_return, "periods": periods, "force": force, "sensitivity": sensitivity or None}
     said, failure, store = _to_file("orbit", scene, output, options, progress)
     del held
     return _result(said, failure, store) if said["converged"] else Verdict(said)

@@ -230,6 +230,11 @@ class Run(Result):
     def ledger(self) -> Group:
         return self["energy"]
 
+    @property
+    def lyapunov(self) -> Group | None:
+        """``run(..., lyapunov=k)``: ``exponents``, ``errors``, ``bounds`` [k] over time, ``growths`` [period, k], ``period``, ``divergence``, ``dimension``."""
+        return self["lyapunov"] if "lyapunov" in self._entries() else None
+
     def _groups(self) -> list[str]:
         return ["trajectory", "report"]
 
@@ -444,6 +449,26 @@ class Orbit(_OfOrbit, Run):
     @property
     def multipliers(self) -> np.ndarray:
         return self._pairs(self["orbit"]["multipliers"])
+
+    @property
+    def sensitivity(self) -> dict[str, Group]:
+        """``orbit(..., sensitivity=[...])``: by key of the scene ``value`` and the derivatives by it of ``amplitude``, ``pressure``, ``energy`` (largest values, see ``peaks``),
+        ``period``, ``alpha``, ``u0``, ``v0``, ``multipliers`` [2 n_o, 2] (real, imaginary)."""
+        return {key: x for key, x in self._sensitivity() if isinstance(x, Group)}
+
+    @property
+    def peaks(self) -> dict[str, dict[str, Any]]:
+        """Beside ``sensitivity``: ``amplitude``, ``pressure``, ``energy``, each with ``value``, ``t``, ``node``."""
+        at = dict(self._sensitivity())
+        names = [name for name in ("amplitude", "pressure", "energy") if name in at]
+        node = {name: int(at[f"{name}_node"]) if f"{name}_node" in at else None for name in names}
+        return {name: {"value": at[name], "t": at[f"{name}_time"], "node": node[name]} for name in names}
+
+    def _sensitivity(self) -> list[tuple[str, Any]]:
+        if "sensitivity" not in self._entries():
+            return []
+        group = self["sensitivity"]
+        return [(key, group[key]) for key in group.keys()]
 
     @property
     def stable(self) -> bool | None:

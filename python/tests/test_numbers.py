@@ -156,6 +156,28 @@ def test_orbit_is_that_of_the_command_line(tmp_path, command):
     assert viscous.alpha > 0 and viscous.stable is None
 
 
+def test_derivatives_of_an_orbit_are_those_of_the_command_line(tmp_path, command):
+    keys = ["contact.gap", "damping.rayleigh[0]", "omega"]
+    words = ["orbit", "scenarios/driven-stop.toml", "-o", tmp_path / "o.h5", "--json", "--sensitivity", ",".join(keys)]
+    said = json.loads(subprocess.run([command, *words], check=True, capture_output=True).stdout)
+    for o in [sg.orbit("scenarios/driven-stop.toml", sensitivity=keys), sg.open(tmp_path / "o.h5")]:
+        assert list(o.sensitivity) == sorted(keys) and o.peaks == said["peaks"]
+        for key, by in o.sensitivity.items():
+            for name in ("value", "amplitude", "pressure", "energy"):
+                assert by[name] == said["sensitivity"][key][name], (key, name)
+            assert np.array_equal(by.multipliers, said["sensitivity"][key]["multipliers"])
+    with pytest.raises(sg.SceneError, match="no number that stands in the scene"):
+        sg.orbit("scenarios/driven-stop.toml", sensitivity="contact.gpa")
+    assert sg.orbit("scenarios/half-plate-orbit.toml", 1.8).sensitivity == {}
+
+
+def test_exponents_of_a_run():
+    r = sg.run("scenarios/driven-stop.toml", lyapunov=2, lyapunov_periods=50)
+    assert r.lyapunov.growths.shape == (50, 2)
+    assert r.lyapunov.exponents.sum() == pytest.approx(r.lyapunov.divergence, abs=1e-12)
+    assert sg.run("scenarios/oscillator.toml").lyapunov is None
+
+
 def test_modes():
     m = sg.modes("scenarios/half-plate-orbit.toml", 3)
     assert m.open.omega.shape == (3,) and m.open.shapes.shape == (3, m.n_o)

@@ -20,6 +20,7 @@ mod inspect_mesh;
 mod inspect_scene;
 mod interrupt;
 mod load;
+mod lyapunov;
 mod manual;
 mod modes;
 mod new;

@@ -10,6 +10,7 @@ use signorini::continuation::Go;
 use signorini::event::{
     Checkpoint, Grazing, Observer, Outcome, Report, Resumed, RunError, Sample, Switch,
 };
+use signorini::orbit::lyapunov::Asked;
 use signorini::problem::Problem;
 use signorini::records::{Status, fingerprint};
 use signorini::report::summary;
@@ -20,12 +21,12 @@ use signorini::store::{Background, Kept, StoreError, Stored, Writer};
 use super::caller::Caller;
 use super::progress::Bar;
 use super::task::{Files, Task, Work};
-use super::{Answer, CliError, Global, load, resources};
+use super::{Answer, CliError, Global, load, lyapunov, resources};
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini run scenarios/plate.toml -o plate.h5\n  signorini run scenarios/plate.toml --json | jq .switches\n  signorini run scenarios/plate.toml -o plate.h5 --resume"
+    after_help = "Example:\n  signorini run scenarios/plate.toml -o plate.h5\n  signorini run scenarios/plate.toml --json | jq .switches\n  signorini run scenarios/plate.toml -o plate.h5 --resume\n  signorini run scenarios/driven-stop.toml --lyapunov 2 -o stop.h5"
 )]
 pub struct Arguments {
     /// The scene (TOML)
@@ -42,6 +43,8 @@ pub struct Arguments {
     /// Compare every stored contact solution with enumeration and an interior-point method
     #[arg(long)]
     verify_lcp: bool,
+    #[command(flatten)]
+    lyapunov: lyapunov::Arguments,
 }
 
 /// The writer with a progress bar beside it; a signal ends the run where its file is whole.
@@ -93,6 +96,8 @@ impl Observer for Progress {
 pub(crate) struct Request {
     problem: Problem,
     until: f64,
+    /// Exponents that are wanted besides.
+    exponents: Option<Asked>,
     /// Fingerprint of what is integrated; 0 where it is not gone on with.
     id: u64,
     /// The file holds it all.
@@ -117,6 +122,7 @@ impl Task for Arguments {
         let (scene, output) = (&work.scene, &work.path);
         let (_, until) = run_table(scene)?;
         let problem = load::of_scene(scene)?;
+        let exponents = self.lyapunov.asked(scene, &problem)?;
         // a file that is read at once and thrown away is not gone on with
         let id = if work.options.is_scratch { 0 } else { fingerprint(scene, &problem) };
         let stands = work.resume && output.exists() && !Writer::is_interrupted(output);
@@ -125,13 +131,20 @@ impl Task for Arguments {
             // cut off before its first checkpoint: there is nothing to lose
             work.options.outputs = work.options.outputs.with_force(true);
         }
-        Ok(Request { problem, until, id, is_whole })
+        Ok(Request { problem, until, exponents, id, is_whole })
     }
 
     fn carry_out(&self, work: &Work, plan: &mut Request) -> Result<Self::Found, CliError> {
         let Work { global, scene, path: output, .. } = work;
-        let Request { problem, until, id, is_whole } = &*plan;
+        let Request { problem, until, exponents, id, is_whole } = &*plan;
         if *is_whole {
+            if exponents.is_some() {
+                let text = format!(
+                    "{} is complete, and exponents begin where a run ends: give --force for both anew",
+                    output.display()
+                );
+                return Err(CliError::Input(text));
+            }
             Writer::tidy(output);
             return Ok(None);
         }
@@ -155,7 +168,19 @@ impl Task for Arguments {
         let (caller, lists) = (global.caller.clone(), global.json);
         let progress = Progress { writer, bar, until: *until, caller, lists };
         let how = (progress, work.begun());
-        let (report, object) = integrate(scene, problem, self.verify_lcp, resumed, how)?;
+        let what = (problem, self.verify_lcp, exponents.as_ref());
+        let (report, object) = integrate(global, scene, what, resumed, how)?;
+        if let (Some(asked), Some(signal)) = (exponents, global.caller.signal())
+            && report.outcome.is_complete()
+        {
+            let done = object["lyapunov"]["periods"].as_u64().unwrap_or(0);
+            let text = format!(
+                "interrupted; the run is whole in {}, its exponents are those of {done} of {} periods",
+                output.display(),
+                asked.periods
+            );
+            return Err(CliError::Interrupted(signal, text));
+        }
         if let (Outcome::Interrupted { t }, Some(signal)) =
             (&report.outcome, global.caller.signal())
         {
@@ -188,9 +213,9 @@ impl Task for Arguments {
 /// Integrate from the start or from where an earlier run was interrupted, and end the file with how that went: the report, and what there is to say
 /// of it as an object.
 fn integrate(
+    global: &Global,
     scene: &Scene,
-    problem: &Problem,
-    verify: bool,
+    (problem, verify, exponents): (&Problem, bool, Option<&Asked>),
     resumed: Option<Resumed>,
     (mut progress, begun): (Progress, Instant),
 ) -> Result<(Report, Value), CliError> {
@@ -239,6 +264,21 @@ fn integrate(
             warnings.extend(summary::too_far(&excursions).into_iter().map(Value::from));
         }
         object["excursions"] = serde_json::to_value(excursions).unwrap_or_default();
+        if let Some(asked) = exponents.filter(|_| report.outcome.is_complete()) {
+            match lyapunov::found(global, scene, &problem.system, &report.last, asked) {
+                Ok(found) => {
+                    if let Some(found) = found {
+                        object["lyapunov"] = lyapunov::to_json(&found);
+                        writer.lyapunov(&found)?;
+                    }
+                }
+                Err(e) => {
+                    writer.report(&object)?;
+                    writer.finish(&status)?;
+                    return Err(e);
+                }
+            }
+        }
         writer.report(&object)?;
         if let Some(rubbed) = &report.rubbed {
             writer.friction(&problem.system, rubbed)?;
@@ -275,8 +315,9 @@ fn answer(
                 let t = summary::significant(t, 7);
                 format!("  {:<14}from t = {t} of an interrupted run\n", "gone on")
             });
+            let exponents = object.get("lyapunov").map_or(String::new(), lyapunov::to_text);
             format!(
-                "{title}\n{text}{from}  {:<14}{} (pictures: {plot})\n",
+                "{title}\n{text}{exponents}{from}  {:<14}{} (pictures: {plot})\n",
                 "written to",
                 output.display()
             )

@@ -1,6 +1,6 @@
 //! Branches that are followed along a family, from where an earlier run stood or from a first orbit.
 
-use super::{FamilyError, Known, ended, known};
+use super::{FamilyError, Known, ended, known, summit};
 use crate::continuation::{Go, Options, Stop};
 use crate::hbm::branch as series_branch;
 use crate::hbm::newton::Settings;
@@ -72,8 +72,14 @@ pub fn response(
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
     let high = task.options.range.1;
-    let mut trace = Trace::of(&task.known.branch(task.index));
-    go_on(task, take, |place, options, take| {
+    let earlier = task.known.branch(task.index);
+    let mut trace = Trace::of(&earlier);
+    let mut found: Vec<PointRecord> = earlier.into_iter().cloned().collect();
+    let mut keeping = |point: PointRecord| {
+        found.push(point.clone());
+        take(point)
+    };
+    let end = go_on(task, &mut keeping, |place, options, take| {
         let mut from = match begin(body, place, start)? {
             Ok(start) => start,
             Err(why) => return Ok(Err(why)),
@@ -120,7 +126,12 @@ pub fn response(
             is_jump = true;
             from = Start::Orbit(Box::new(orbit), 1.0);
         }
-    })
+    })?;
+    if !end.complete || !end.peaks.is_empty() {
+        return Ok(end);
+    }
+    let peaks = summit::peaks(body, end.branch, &found)?;
+    Ok(BranchEnd { peaks, ..end })
 }
 
 /// How far beyond a place where a branch was lost an orbit is looked for, over the frequency.

@@ -5,7 +5,7 @@
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
 //! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program,
 //! [`conservative`] looks near those of a viscous family, [`damped`] goes from amplitude to amplitude, [`doubling`] beside the period doublings of a response.
-//! [`sweep`] lets a body settle at one frequency after the other, [`through`] follows the branches through the orbits that it met. [`start`] says where they begin, [`single`] finds one orbit, [`viscous`] how viscous they are, [`statement`] how far off their energies
+//! [`sweep`] lets a body settle at one frequency after the other, [`through`] follows the branches through the orbits that it met. [`start`] says where they begin, [`single`] finds one orbit, [`parameters`] are the numbers of a scene that it is differentiated by, [`viscous`] how viscous they are, [`statement`] how far off their energies
 //! may be.
 
 pub mod bar;
@@ -18,10 +18,12 @@ mod known;
 mod legs;
 pub mod motions;
 mod open;
+pub mod parameters;
 pub mod sequence;
 pub mod single;
 pub mod start;
 pub mod statement;
+mod summit;
 pub mod sweep;
 pub mod through;
 pub mod viscous;
@@ -90,7 +92,7 @@ pub enum FamilyError {
 
 /// The end of a branch.
 fn ended(branch: usize, reason: EndReason, text: impl Into<String>, complete: bool) -> BranchEnd {
-    BranchEnd { branch, reason, text: text.into(), complete }
+    BranchEnd { branch, reason, text: text.into(), complete, peaks: vec![] }
 }
 
 /// Numbers of so many things, as one.

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::bits;
+use super::{Peak, bits};
 
 /// Method, way of walking, options, and the problem.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -396,7 +396,7 @@ impl EndReason {
 }
 
 /// What a branch says at its end.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BranchEnd {
     /// Number of the branch.
     pub branch: usize,
@@ -406,6 +406,9 @@ pub struct BranchEnd {
     pub text: String,
     /// Whether it did what it was asked to do.
     pub complete: bool,
+    /// Its peaks, where they were solved for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub peaks: Vec<Peak>,
 }
 
 #[cfg(test)]

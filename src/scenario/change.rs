@@ -1,7 +1,7 @@
 //! A scene with some keys changed: what comparisons and studies vary. The text is changed, with its comments and lines kept, and read again: a changed scene is
 //! checked like any other.
 
-use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
+use toml_edit::{DocumentMut, Item, Table, TableLike, TomlError, Value};
 
 use super::{Issue, Scene, SceneError};
 
@@ -122,18 +122,84 @@ impl std::fmt::Display for Change {
     }
 }
 
+/// A step on the way to a number of a scene.
+#[derive(Debug, Clone, Copy)]
+enum Step<'k> {
+    Name(&'k str),
+    Place(usize),
+}
+
+/// `load[0].amplitude`, `damping.rayleigh[1]`: names, with places in lists of tables and of numbers.
+fn steps(key: &str) -> Option<Vec<Step<'_>>> {
+    let mut all = vec![];
+    for part in key.split('.') {
+        let (name, mut rest) = part.split_at(part.find('[').unwrap_or(part.len()));
+        all.push(Step::Name(name));
+        while !rest.is_empty() {
+            let (place, more) = rest.strip_prefix('[')?.split_once(']')?;
+            all.push(Step::Place(place.parse().ok()?));
+            rest = more;
+        }
+    }
+    Some(all)
+}
+
+/// The value at the end of a way.
+fn at<'d>(document: &'d mut DocumentMut, key: &str) -> Option<&'d mut Value> {
+    let mut item = document.as_item_mut();
+    for step in steps(key)? {
+        item = match step {
+            Step::Name(name) => item.get_mut(name)?,
+            Step::Place(k) => item.get_mut(k)?,
+        };
+    }
+    item.as_value_mut()
+}
+
 impl Scene {
-    /// The scene with some keys changed, one after the other, checked anew.
-    pub fn with(&self, changes: &[Change]) -> Result<Scene, SceneError> {
-        let unreadable = |e: toml_edit::TomlError| {
+    fn document(&self) -> Result<DocumentMut, SceneError> {
+        let unreadable = |e: TomlError| {
             self.error(Issue::new("scene", e.to_string(), "give a scene that can be read"))
         };
-        let mut document: DocumentMut = self.source.text.parse().map_err(unreadable)?;
+        self.source.text.parse().map_err(unreadable)
+    }
+
+    /// The scene of a changed text.
+    fn changed(&self, document: &DocumentMut) -> Result<Scene, SceneError> {
+        let changed = Scene::parse(&document.to_string(), &self.source.file)?;
+        Ok(Scene { attached: self.attached.clone(), unlimited: self.unlimited, ..changed })
+    }
+
+    /// The number that stands at a key: `contact.gap`, `load[0].amplitude`, `damping.rayleigh[1]`.
+    pub fn number(&self, key: &str) -> Result<f64, SceneError> {
+        let mut document = self.document()?;
+        let found = at(&mut document, key);
+        let number = found.and_then(|v| v.as_float().or(v.as_integer().map(|i| i as f64)));
+        number.ok_or_else(|| {
+            let message = "is no number that stands in the scene";
+            let help = "write it there as one number; tables of a list and numbers of a list by their places from 0: contact.gap, load[0].amplitude, damping.rayleigh[1]";
+            self.error(Issue::new(key, message, help))
+        })
+    }
+
+    /// The scene with another number at a key, checked anew.
+    pub fn with_number(&self, key: &str, number: f64) -> Result<Scene, SceneError> {
+        let mut document = self.document()?;
+        if let Some(value) = at(&mut document, key) {
+            let decor = value.decor().clone();
+            *value = Value::from(number);
+            *value.decor_mut() = decor;
+        }
+        self.changed(&document)
+    }
+
+    /// The scene with some keys changed, one after the other, checked anew.
+    pub fn with(&self, changes: &[Change]) -> Result<Scene, SceneError> {
+        let mut document = self.document()?;
         for change in changes {
             change.apply(&mut document).map_err(|issue| self.error(issue))?;
         }
-        let changed = Scene::parse(&document.to_string(), &self.source.file)?;
-        Ok(Scene { attached: self.attached.clone(), unlimited: self.unlimited, ..changed })
+        self.changed(&document)
     }
 }
 
@@ -174,6 +240,31 @@ mod tests {
         ]);
         let motion = moved.unwrap_or_else(|e| panic!("{e}")).contact.and_then(|c| c.motion);
         assert_eq!(motion.map(|m| m.omega), Some(3.0));
+    }
+
+    #[test]
+    fn numbers_are_found_and_changed_where_they_stand() {
+        let text = TEXT.replace("amplitude = 0.1", "amplitude = [0.1, 0.2]");
+        let scene = Scene::parse(&text, "t.toml".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+        let number = |key: &str| scene.number(key).ok();
+        assert_eq!(number("contact.gap"), Some(1.0));
+        assert_eq!(number("body.size[0]"), Some(1.0));
+        for key in [
+            "load.amplitude",
+            "load[0].amplitude",
+            "load[1].amplitude",
+            "contact.edge",
+            "",
+            "a[",
+            "run.until",
+        ] {
+            assert_eq!(number(key), None, "{key}");
+        }
+        let changed = scene.with_number("contact.gap", 2.5).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(changed.number("contact.gap").ok(), Some(2.5));
+        let plain = self::scene().with_number("load[0].amplitude", 0.25);
+        let plain = plain.unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(plain.number("load[0].amplitude").ok(), Some(0.25));
     }
 
     #[test]

@@ -83,10 +83,18 @@ pub struct FamilyWriter {
 /// A point as the ridge sees it.
 type Height = (usize, i64, [f64; 3]);
 
-/// The peaks of all branches that are responses; `heights` come as they were found.
-pub(super) fn ridge_of(branches: &[Branch], heights: &mut [Height]) -> Vec<Peak> {
+/// The peaks of all branches that are responses: those that a branch told at its end, else by its points; `heights` come as they were found.
+pub(super) fn ridge_of(
+    branches: &[Branch],
+    heights: &mut [Height],
+    ends: &[BranchEnd],
+) -> Vec<Peak> {
     heights.sort_by_key(|h| (h.0, h.1));
     let of_branch = |branch: usize| {
+        let told = ends.iter().find(|e| e.branch == branch && !e.peaks.is_empty());
+        if let Some(end) = told {
+            return end.peaks.clone();
+        }
         let own = heights.iter().filter(|h| h.0 == branch);
         peaks(branch, own.map(|h| h.2).collect())
     };
@@ -308,7 +316,7 @@ impl FamilyWriter {
         }
         let g = self.file.group("backbone")?;
         let ridge = match *status {
-            Status::Complete => ridge_of(&self.plan.branches, &mut self.heights),
+            Status::Complete => ridge_of(&self.plan.branches, &mut self.heights, ends),
             _ => vec![],
         };
         if !ridge.is_empty() {

@@ -91,7 +91,11 @@ pub fn held(path: &Path) -> Result<Vec<Held>, StoreError> {
                 format!("backbone/points/NNNN/{name}")
             }
             Some(name) => format!("orbit/{name}"),
-            None => h.name.clone(),
+            // a group a parameter
+            None => match h.name.strip_prefix("sensitivity/").and_then(|n| n.rsplit_once('/')) {
+                Some((_, name)) => format!("sensitivity/KEY/{name}"),
+                None => h.name.clone(),
+            },
         };
         for h in all.iter_mut().filter(|h| h.description.is_empty()) {
             if let Some(about) = known.iter().find(|about| about.path == of(h)) {

@@ -99,7 +99,7 @@ impl StoredFamily {
             Some((p.branch, p.index, [p.omega, o.amplitude, o.energy]))
         };
         let mut heights: Vec<_> = self.points.iter().filter_map(height).collect();
-        ridge_of(&self.branches, &mut heights)
+        ridge_of(&self.branches, &mut heights, &self.ends)
     }
 
     /// Whether an earlier run left a journal, which it only does if it did not end.

@@ -2,6 +2,7 @@
 
 mod all;
 mod near_return;
+mod sensitivity;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -26,6 +27,7 @@ use super::family::{self, Output};
 use super::{Answer, CliError, Global, load, viscous};
 use all::all;
 use near_return::{Return, near_return};
+use sensitivity::{Sensitivities, sensitivities};
 use words::{failure_json, orbit_json, orbit_text, spent_json};
 
 /// Arguments of `orbit`.
@@ -33,7 +35,7 @@ use words::{failure_json, orbit_json, orbit_text, spent_json};
 #[command(
     after_help = "The guess is the scene's initial state; without one, the first mode of the open body beyond grazing.\n\
     A body on a surface that moves (contact.surface) has no guess but its own motion: its limit cycle, whose period is found with it.\n\n\
-    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --viscous -o mode.h5\n  signorini orbit scenarios/cracked-beam-mode.toml --viscous --displacement -0.1 -o crack.h5\n  signorini orbit scenarios/squeal-belt.toml -o cycle.h5\n  signorini plot orbit.h5"
+    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --viscous -o mode.h5\n  signorini orbit scenarios/cracked-beam-mode.toml --viscous --displacement -0.1 -o crack.h5\n  signorini orbit scenarios/squeal-belt.toml -o cycle.h5\n  signorini orbit scenarios/bar-forced.toml --sensitivity contact.gap,load[0].amplitude,omega\n  signorini plot orbit.h5"
 )]
 pub struct Arguments {
     /// The scene (TOML)
@@ -74,6 +76,9 @@ pub struct Arguments {
     /// Periods of the loads in one of the orbit: more than one for a subharmonic orbit
     #[arg(long, default_value_t = 1, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=64))]
     periods: u32,
+    /// How the orbit changes with numbers of the scene, by their keys: contact.gap,load[0].amplitude,damping.rayleigh[1]; with omega, and with beta of a viscous one
+    #[arg(long, value_name = "KEY", value_delimiter = ',', conflicts_with = "all", value_parser = key)]
+    sensitivity: Vec<String>,
     /// Shoot over the whole period with a phase condition, even where half of it would do
     #[arg(long)]
     full: bool,
@@ -99,6 +104,14 @@ impl Arguments {
             let message = "--all writes no file and has its own starts: leave out -o and --amplitude, then shoot the orbit you want \
                            with --amplitude or [initial]";
             return Err(CliError::Input(message.into()));
+        }
+        if let Some((_, twice)) = self
+            .sensitivity
+            .iter()
+            .enumerate()
+            .find(|(k, key)| self.sensitivity[..*k].contains(key))
+        {
+            return Err(CliError::Input(format!("--sensitivity: {twice} stands there twice")));
         }
         let other = [
             ("--all", self.all),
@@ -282,8 +295,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     };
     let mut object = orbit_json(&body, orbit);
     object["spent"] = spent_json(body.spent());
+    let by = match arguments.sensitivity.is_empty() {
+        true => None,
+        false => Some(sensitivities(global, &scene, &mut body, orbit, &arguments.sensitivity)?),
+    };
+    by.iter().for_each(|by| by.json(&mut object));
     object["wall_s"] = begun.elapsed().as_secs_f64().into();
-    let cut_short = write(&path, &options, &scene, (&body, orbit, &object))?;
+    let cut_short = write(&path, &options, &scene, (&body, orbit, &object), by.as_ref())?;
     let wall = begun.elapsed().as_secs_f64();
     let answer = global.answer(
         || {
@@ -296,8 +314,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             let title = super::title(&scene);
             let plot = format!("signorini plot {}", path.display());
             format!(
-                "{title}\n{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n",
+                "{title}\n{}{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n",
                 orbit_text(orbit, scene.is_around_equilibrium()),
+                by.as_ref().map_or(String::new(), |by| by.text(orbit)),
                 "time",
                 "written to",
                 path.display()
@@ -308,6 +327,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         None => answer,
         Some(why) => answer.failed(why),
     })
+}
+
+/// A key among others, blanks around it aside.
+fn key(text: &str) -> Result<String, String> {
+    match text.trim() {
+        "" => Err("give a key between commas: contact.gap,load[0].amplitude".into()),
+        key => Ok(key.to_owned()),
+    }
 }
 
 /// Amplitudes that a motion can have, over grazing.
@@ -321,6 +348,7 @@ fn write(
     options: &WriterOptions,
     scene: &Scene,
     (body, orbit, object): (&Propagator, &Orbit, &Value),
+    by: Option<&Sensitivities>,
 ) -> Result<Option<String>, CliError> {
     let mut writer = Writer::create(path, scene, (&body.system, Kept::all(&body.system)), options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0 };
@@ -340,6 +368,9 @@ fn write(
         writer.friction(&body.system, rubbed)?;
     }
     writer.orbit(&branch::record(body, orbit)?, &body.system)?;
+    if let Some(by) = by {
+        writer.sensitivity(&by.peaks, &by.parameters, &body.system)?;
+    }
     let mut said = summary::run_json(scene, (&body.system, &Notes::default()), &report, 0.0);
     for (name, value) in object.as_object().into_iter().flatten() {
         // the state stands in /orbit, with all displacements along the axes

@@ -131,6 +131,13 @@ impl Slider {
         let force = self.trial(u_o).unwrap_or(0.0).clamp(-self.limit, self.limit);
         0.5 * force * force / e.stiffness
     }
+
+    /// The same as a polynomial of the displacements: of a spring that sticks, whatever its force, or of one that slips.
+    pub(crate) fn energy_if(&self, sticks: bool, u_o: &[f64]) -> f64 {
+        let Some(e) = self.elastic else { return 0.0 };
+        let force = if sticks { self.trial(u_o).unwrap_or(0.0) } else { self.limit };
+        0.5 * force * force / e.stiffness
+    }
 }
 
 /// Friction of the contact points of a body, and its sliders, which are the last points.

@@ -93,11 +93,19 @@ impl Obstacle {
 
     /// The potential of all pushes at a displacement: `Σ θ w (P d + ½γ d²)` over the points that it has passed.
     pub fn energy(&self, u_o: &[f64]) -> f64 {
-        let of = |(k, s): (usize, &Spring)| {
-            let d = self.depth(k, u_o).max(0.0);
-            s.share * self.area[k] * d * (s.preload + 0.5 * s.stiffness * d)
-        };
-        self.springs.iter().enumerate().map(of).sum()
+        (0..self.springs.len()).map(|k| self.energy_at(k, self.depth(k, u_o).max(0.0))).sum()
+    }
+
+    /// The same of the points that push in a phase, as a polynomial of the displacements: whether they are in the obstacle is not asked.
+    pub fn energy_of(&self, pushes: &[usize], u_o: &[f64]) -> f64 {
+        pushes.iter().map(|&k| self.energy_at(k, self.depth(k, u_o))).sum()
+    }
+
+    /// Of a spring at a depth.
+    fn energy_at(&self, k: usize, d: f64) -> f64 {
+        self.springs
+            .get(k)
+            .map_or(0.0, |s| s.share * self.area[k] * d * (s.preload + 0.5 * s.stiffness * d))
     }
 
     /// Whether the pushes have a potential.

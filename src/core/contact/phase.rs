@@ -497,6 +497,11 @@ impl Phase {
         self.data.inertia.holds().iter().flat_map(|h| h.displacements()).collect()
     }
 
+    /// The same, and where they are held.
+    pub(crate) fn held_places(&self) -> Vec<(usize, f64)> {
+        self.data.inertia.holds().map_or(vec![], |h| h.places().to_vec())
+    }
+
     /// The symmetric part of the stiffness that natural modes are made of: `K_α` without friction, and without forces of the obstacle that have no potential.
     pub(crate) fn symmetric_stiffness(&self) -> Csr {
         match self.pushing().is_none_or(|(obstacle, _)| obstacle.has_potential()) {

@@ -155,6 +155,11 @@ impl Holds {
         }
     }
 
+    /// Displacements of `u_O` that stand still, and where.
+    pub fn places(&self) -> &[(usize, f64)] {
+        &self.at
+    }
+
     /// Displacements of `u_O` that stand still.
     pub fn displacements(&self) -> impl Iterator<Item = usize> + '_ {
         self.at.iter().map(|h| h.0)

@@ -526,6 +526,23 @@ impl System {
         self.energy(t, &u, &v)
     }
 
+    /// The same as a polynomial of the state, that of the phase: which springs are pressed, and which sliders stick, is not asked of the state.
+    pub(crate) fn energy_of_phase(&self, phase: &Phase, t: f64, [u_o, v_o]: [&[f64]; 2]) -> f64 {
+        let (mut u, mut v) = (vec![0.0; self.n()], vec![0.0; self.n()]);
+        phase.expand_displacement(t, u_o, &mut u);
+        phase.expand_velocity(t, v_o, &mut v);
+        let square = self.kernel.quadratic(&self.body.stiffness, &u);
+        let pushes = &phase.data.pushes;
+        let obstacle = self.method.obstacle().map_or(0.0, |o| o.energy_of(pushes, u_o));
+        let first = self.facing().len();
+        let slider = |(s, slider): (usize, &Slider)| {
+            slider.energy_if(phase.set.at(first + s).slip().is_none(), u_o)
+        };
+        let sliders: f64 = self.sliders().iter().enumerate().map(slider).sum();
+        let elastic = 0.5 * square + obstacle + sliders + self.loads.carried.elastic(t, &u);
+        self.beyond_rest(elastic + self.kinetic(t, &v), &u)
+    }
+
     /// Displacements of the body at the contact points along their normals, of a full displacement; what is but seen need not be in it. Sliders have none.
     pub fn along_normals(&self, u: &[f64]) -> Vec<f64> {
         let (u_o, u_c) = u.split_at(self.n_o());

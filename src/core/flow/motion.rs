@@ -82,6 +82,12 @@ impl Motion {
         motion
     }
 
+    /// The largest circular frequency of the loads.
+    pub(crate) fn load_rate(&self) -> f64 {
+        let loads = self.loads.iter().map(|l| l.0).chain(self.angles.iter().map(|a| a.0));
+        loads.fold(0.0, f64::max)
+    }
+
     /// `e^{i(Ωt + φ)}` of each harmonic load.
     fn turned(&self, t: f64) -> Vec<Complex<f64>> {
         self.loads.iter().map(|(w, phi, _)| Complex::from_polar(1.0, w * t + phi)).collect()

@@ -20,7 +20,7 @@ use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
 use super::sliding::{Coupled, SlidingMotion};
-use crate::contact::{Drive, Lost, Monitor, Phase, PointState, Rayleigh, States, System};
+use crate::contact::{Drive, Lost, Monitor, Phase, PointState, Rayleigh, Slider, States, System};
 use crate::fem::{Csr, FemError, Harmonic, Loads, Pivots, dense, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
@@ -268,22 +268,53 @@ impl Spectrum {
         (x, k): (&mut Mat<f64>, usize),
         is_state: bool,
     ) {
-        let first = system.facing().len();
-        for (s, slider) in system.sliders().iter().enumerate() {
-            let (Some(elastic), point) = (slider.elastic, first + s) else { continue };
-            let (from, to) = (before.at(point), self.states.at(point));
-            let Some(sigma) = from.slip().filter(|_| to == PointState::Stick) else { continue };
+        for (memory, sigma, s) in self.begin_to_stick(system, before) {
+            let slider = &system.sliders()[s];
+            let stiffness = slider.elastic.map_or(1.0, |e| e.stiffness);
             let of_mode = |q: usize| {
                 let shape = self.shapes.col_as_slice(q);
-                slider.along(shape) - shape[elastic.memory]
+                slider.along(shape) - shape[memory]
             };
             let row: Vec<f64> = (0..self.shapes.ncols()).map(of_mode).collect();
-            let limit = if is_state { sigma * slider.limit / elastic.stiffness } else { 0.0 };
+            let limit = if is_state { sigma * slider.limit / stiffness } else { 0.0 };
             for c in 0..k {
                 let change = dot(&row, x.col_as_slice(c)) - limit;
-                let unit = self.inverse.col_as_slice(elastic.memory);
+                let unit = self.inverse.col_as_slice(memory);
                 x.col_as_slice_mut(c).iter_mut().zip(unit).for_each(|(x, u)| *x += change * u);
             }
+        }
+    }
+
+    /// The springs of sliders that slip before the phase and stick in it: the displacement that remembers, the direction of the slip, the slider.
+    pub(crate) fn begin_to_stick(
+        &self,
+        system: &System,
+        before: &States,
+    ) -> Vec<(usize, f64, usize)> {
+        let first = system.facing().len();
+        let of_slider = |(s, slider): (usize, &Slider)| {
+            let (elastic, point) = (slider.elastic?, first + s);
+            let sigma = before.at(point).slip()?;
+            let sticks = self.states.at(point) == PointState::Stick;
+            sticks.then_some((elastic.memory, sigma, s))
+        };
+        system.sliders().iter().enumerate().filter_map(of_slider).collect()
+    }
+
+    /// `tr M_α⁻¹C_α`: the sum of the damping rates of all coordinates that move.
+    pub(crate) fn trace_of_damping(&self) -> f64 {
+        match &self.coupling {
+            Some(coupling) => (0..self.frozen().start).map(|k| coupling.damping()[(k, k)]).sum(),
+            None => self.modes.iter().map(|m| 2.0 * m.c).sum(),
+        }
+    }
+
+    /// Of every free motion of the phase how fast it is, the modulus of its complex rate, and how fast it dies.
+    pub(crate) fn rates(&self) -> Vec<(f64, f64)> {
+        let own = |l: Complex<f64>| (l.norm(), -l.re);
+        match &self.coupling {
+            Some(coupling) => coupling.modes().lambda().iter().copied().map(own).collect(),
+            None => self.modes.iter().flat_map(|m| m.roots()).map(own).collect(),
         }
     }
 

@@ -16,7 +16,6 @@ use super::walk::Walk;
 use crate::contact::{MonitorKind, OMITTED_INERTIA, Phase, State, States, System};
 use crate::continuation::norm;
 use crate::event::{Observer, Rubbed, Sample, Switch};
-use crate::records::crest;
 
 /// Stored states of a check.
 const SAMPLES: usize = 200;
@@ -183,13 +182,12 @@ struct Scan<'a> {
     energy: Highest,
     /// Sum of the energy jumps so far.
     jumps: f64,
-    amplitude: f64,
+    /// Largest contact displacement of all points.
+    amplitude: Highest,
     contact_time: f64,
     grazing: f64,
     /// Last two stored states: time, states of the points, monitors as displacements.
     last: Vec<(f64, States, Vec<f64>)>,
-    /// Contact displacements there.
-    sizes: Vec<Vec<f64>>,
 }
 
 impl Observer for Scan<'_> {
@@ -201,14 +199,16 @@ impl Observer for Scan<'_> {
         let energy = s.energies.map_or(f64::NAN, |e| system.beyond_rest(e.total(), s.u));
         self.kinetic = self.kinetic.max(s.energies.map_or(0.0, |e| e.kinetic));
         let switched = self.last.last().is_some_and(|(_, states, _)| states != s.active);
+        let moved = system.beside_rest(&system.at_points(s.u));
+        let amplitude = moved.iter().fold(0.0f64, |m, u| m.max(u.abs()));
         if switched || s.jumps != self.jumps {
+            self.amplitude.switch(s.t, amplitude);
             self.energy.switch(s.t, energy - (s.jumps - self.jumps));
             self.jumps = s.jumps;
         }
         self.energy.note(s.t, energy);
+        self.amplitude.note(s.t, amplitude);
         let at_points = system.at_points(s.u);
-        let moved = system.beside_rest(&at_points);
-        self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match system.law().watched(s.active.at(i)) {
             MonitorKind::Pressure => s.pressure[i] / system.constraints[i].stiffness,
             MonitorKind::Depth => at_points[i] - system.constraints[i].gap,
@@ -220,17 +220,10 @@ impl Observer for Scan<'_> {
         {
             self.contact_time += s.t - t;
         }
-        if let [(t0, f0, a), (t1, f1, b)] = &self.last[..]
+        if let [(_, f0, a), (_, f1, b)] = &self.last[..]
             && f0 == f1
             && f1 == s.active
         {
-            if let [u0, u1] = &self.sizes[..] {
-                let times = [*t0, *t1, s.t];
-                for i in 0..moved.len() {
-                    let sizes = [u0[i].abs(), u1[i].abs(), moved[i].abs()];
-                    self.amplitude = self.amplitude.max(crest(times, sizes));
-                }
-            }
             for i in 0..now.len() {
                 if b[i] < a[i] && b[i] <= now[i] {
                     self.grazing = self.grazing.min(b[i] / system.units.length);
@@ -239,9 +232,7 @@ impl Observer for Scan<'_> {
         }
         if self.last.len() == 2 {
             self.last.remove(0);
-            self.sizes.remove(0);
         }
-        self.sizes.push(moved);
         self.last.push((s.t, s.active.clone(), now));
         Ok(())
     }
@@ -277,6 +268,16 @@ fn energy_along(system: &System, walk: &Walk, phases: &[Phase], t: f64) -> f64 {
     system.energy_in(phase, t, &State { u: u_o, v: v_o })
 }
 
+/// The largest contact displacement of a walk, likewise.
+fn amplitude_along(system: &System, walk: &Walk, phases: &[Phase], t: f64) -> f64 {
+    let Some((k, u_o, _)) = walk.state(t) else { return f64::NAN };
+    let Some(phase) = phases.get(k) else { return f64::NAN };
+    let mut u = vec![0.0; system.n()];
+    phase.expand_displacement(t, &u_o, &mut u);
+    let moved = system.beside_rest(&system.at_points(&u));
+    moved.iter().fold(0.0, |m, u| m.max(u.abs()))
+}
+
 /// Integrate a candidate over a period and write down what it is; `multipliers` only where they are asked for.
 pub fn examine(
     body: &mut Propagator,
@@ -296,11 +297,10 @@ pub fn examine(
         kinetic: 0.0,
         energy: Highest::default(),
         jumps: 0.0,
-        amplitude: 0.0,
+        amplitude: Highest::default(),
         contact_time: 0.0,
         grazing: f64::INFINITY,
         last: vec![],
-        sizes: vec![],
     };
     let passage: Passage = integrate_with(body, &state, period, SAMPLES, &mut scan)?;
     let report = &passage.report;
@@ -351,6 +351,11 @@ pub fn examine(
         move |t: f64| energy_along(system, walk, &phases, t)
     });
     let largest = scan.energy.of(energy_of.as_ref().map(|e| e as &dyn Fn(f64) -> f64));
+    let amplitude_of = along.map(|(chain, walk)| {
+        let phases: Vec<Phase> = chain.sets.iter().map(|set| system.phase(set)).collect();
+        move |t: f64| amplitude_along(system, walk, &phases, t)
+    });
+    let amplitude = scan.amplitude.of(amplitude_of.as_ref().map(|a| a as &dyn Fn(f64) -> f64));
     let energy = largest.max(f64::MIN_POSITIVE);
     let stability = match along {
         Some(along) if wanted => if_known(stability(body, closure, z, along))?,
@@ -379,7 +384,7 @@ pub fn examine(
         closure,
         period,
         energy: if viscous.is_some() { energy_at_start()? } else { largest },
-        amplitude: scan.amplitude,
+        amplitude,
         residual: norm(&difference) / norm(&start).max(f64::MIN_POSITIVE),
         iterations,
         contact_time: scan.contact_time,

@@ -18,6 +18,8 @@
 //! - `touch` — minima of monitors along a motion;
 //! - `grazing` — over a grazing of a branch, and where it is;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
+//! - [`parameter`], [`sensitivity`] — how an orbit changes with a number that the equations depend on;
+//! - [`lyapunov`] — how fast the neighbours of a motion part from it;
 //! - `highest` — the largest energy of a motion;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
@@ -45,9 +47,15 @@ mod highest;
 #[doc(hidden)]
 pub mod krylov;
 mod least;
+#[doc(hidden)]
+pub mod lyapunov;
 pub(crate) mod mapped;
 #[doc(hidden)]
 pub mod nearest;
+#[doc(hidden)]
+pub mod parameter;
+#[doc(hidden)]
+pub mod peak;
 #[doc(hidden)]
 pub mod period_map;
 pub(crate) mod pin;
@@ -57,6 +65,8 @@ pub mod search;
 pub mod section;
 #[doc(hidden)]
 pub mod segments;
+#[doc(hidden)]
+pub mod sensitivity;
 #[doc(hidden)]
 pub mod settle;
 pub mod shooting;
@@ -125,6 +135,9 @@ pub enum OrbitError {
         "a body of {0} displacements is too large for full-period shooting; shoot a reversible orbit (start at rest)"
     )]
     Large(usize),
+    /// An orbit has no derivative by a parameter.
+    #[error("{0}")]
+    Parameter(&'static str),
     /// The feedback of a viscous orbit is beyond all that could be one.
     #[error(
         "alpha = {alpha:.3e} is beyond {most:.3e}, three times the frequency of the pinned mode"

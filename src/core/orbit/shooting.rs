@@ -17,7 +17,7 @@ use super::krylov;
 use super::least::least_change;
 use super::period_map::{Passage, integrate};
 use super::pin::Pin;
-use super::tangent::{Parameter, Variation};
+use super::tangent::{By, Variation};
 use super::walk::Walk;
 use crate::contact::State;
 use crate::continuation::norm;
@@ -112,7 +112,7 @@ impl Closure {
     }
 
     /// A variation of which no more is wanted than the residual takes.
-    pub(super) fn varied(self, variation: Variation) -> Variation {
+    pub(super) fn varied(self, variation: Variation<'_>) -> Variation<'_> {
         Variation { to_velocities: self == Closure::Reversible, ..variation }
     }
 
@@ -177,7 +177,8 @@ pub struct Shot {
 pub(super) struct Image {
     /// The frame vector of [`Propagator::settled`], in place of that of `z`.
     settled: Option<Vec<f64>>,
-    passage: Passage,
+    /// The motion.
+    pub(super) passage: Passage,
     /// None for a large body, which has the modes of no phase.
     walk: Option<Walk>,
     /// The residual.
@@ -255,8 +256,8 @@ pub(super) fn jacobian(
     let of_state = closure.sizes(body.n()).1;
     let Some(walk) = &at.walk else { return Err(OrbitError::Large(body.n())) };
     let by = match closure {
-        Closure::Viscous(_) => Some(Parameter::Feedback),
-        Closure::Forced(_) if by_frequency => Some(Parameter::Frequency),
+        Closure::Viscous(_) => Some(By::Feedback),
+        Closure::Forced(_) if by_frequency => Some(By::Frequency),
         _ => None,
     };
     let variation = closure.varied(Variation { by, ..Variation::OF_MAP });
@@ -298,18 +299,29 @@ fn newton_step(
     z: &[f64],
     at: &Image,
 ) -> Result<Vec<f64>, OrbitError> {
+    correction(body, closure, z, at, &at.r)
+}
+
+/// The change of the unknowns that takes a residual `r` away, to first order: `−(∂R/∂z)⁻¹ r`.
+pub(super) fn correction(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    at: &Image,
+    r: &[f64],
+) -> Result<Vec<f64>, OrbitError> {
     if body.is_large() && closure == Closure::Reversible {
         // the last digits of the linear system matter near the solution only
         let accuracy = (0.1 * at.size).clamp(1e-6, 1e-2);
         let (_, tangent) = krylov::half_period(body, z, at.end)?;
-        return Ok(tangent.step(&at.r, accuracy, MOST_PRODUCTS).0);
+        return Ok(tangent.step(r, accuracy, MOST_PRODUCTS).0);
     }
     let j = jacobian(body, closure, at, false)?;
     let n = j.nrows();
     if body.system.tangents().is_some() {
-        return shortest_step(body, closure, z, at, &j);
+        return shortest_step(body, closure, z, (at, r), &j);
     }
-    let b = |rows: usize| Mat::from_fn(rows, 1, |i, _| if i < n { -at.r[i] } else { 0.0 });
+    let b = |rows: usize| Mat::from_fn(rows, 1, |i, _| if i < n { -r[i] } else { 0.0 });
     let step = if closure == Closure::Autonomous {
         // the direction of the flow at t = 0: a shift in time is no news
         let rate = body.rate(z, &at.passage.chain)?;
@@ -327,10 +339,10 @@ fn shortest_step(
     body: &Propagator,
     closure: Closure,
     z: &[f64],
-    at: &Image,
+    (at, r): (&Image, &[f64]),
     j: &Mat<f64>,
 ) -> Result<Vec<f64>, OrbitError> {
-    let mut wanted: Vec<f64> = at.r.iter().map(|r| -r).collect();
+    let mut wanted: Vec<f64> = r.iter().map(|r| -r).collect();
     if closure != Closure::Limit {
         return least_change(j, &wanted);
     }

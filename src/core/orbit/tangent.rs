@@ -3,6 +3,7 @@
 use faer::{Mat, MatRef};
 
 use super::chain::{Chain, Propagator};
+use super::parameter::Parameter;
 use super::saltation;
 use super::walk::Walk;
 use crate::fem::FemError;
@@ -17,34 +18,37 @@ pub enum Switches {
     Free,
 }
 
-/// A parameter that a tangent is taken by, beside the state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Parameter {
+/// What a tangent is taken by, beside the state.
+#[derive(Debug, Clone, Copy)]
+pub enum By<'a> {
     /// `α` of a body that is fed by `−αM u̇`.
     Feedback,
     /// `ω` of all harmonic loads.
     Frequency,
+    /// A number that the equations depend on, times held.
+    Parameter(&'a Parameter),
 }
 
 /// What is varied, and how.
 #[derive(Debug, Clone, Copy)]
-pub struct Variation {
+pub struct Variation<'a> {
     /// How tangents pass switches.
     pub switches: Switches,
     /// One more column is the derivative by this.
-    pub by: Option<Parameter>,
+    pub by: Option<By<'a>>,
     /// `α` of a feedback that is a prescribed load to the tangent: the variation of the body that does without it.
     pub released: f64,
     /// Of the end only velocities are wanted: its displacements are zero.
     pub to_velocities: bool,
 }
 
-impl Variation {
+impl Variation<'_> {
     /// The derivative of the event-driven map.
-    pub(crate) const OF_MAP: Variation =
+    pub(crate) const OF_MAP: Variation<'static> =
         Variation { switches: Switches::Saltation, by: None, released: 0.0, to_velocities: false };
     /// With switching times as variables of their own.
-    pub const FREE: Variation = Variation { switches: Switches::Free, ..Variation::OF_MAP };
+    pub const FREE: Variation<'static> =
+        Variation { switches: Switches::Free, ..Variation::OF_MAP };
 }
 
 /// Columns at the end of a chain, and the rows of the switch equations.
@@ -54,6 +58,8 @@ pub struct Tangent {
     pub end: Mat<f64>,
     /// `m × k`.
     pub equations: Mat<f64>,
+    /// `m × k`: by how much each switch is later, with `Switches::Saltation`.
+    pub delays: Mat<f64>,
 }
 
 /// A perturbation that is smaller than this when the first switch comes, over what it was, is none.
@@ -68,7 +74,7 @@ impl Propagator {
         &self,
         (chain, walk): (&Chain, &Walk),
         columns: usize,
-        variation: Variation,
+        variation: Variation<'_>,
     ) -> Result<Tangent, FemError> {
         let n = self.n();
         let first = walk.links[0].span.1;
@@ -95,7 +101,11 @@ impl Propagator {
             }
             all
         };
-        Ok(Tangent { end: spread(&carried.end), equations: spread(&carried.equations) })
+        Ok(Tangent {
+            end: spread(&carried.end),
+            equations: spread(&carried.equations),
+            delays: spread(&carried.delays),
+        })
     }
 
     /// Carry columns along a walk: frame vectors, `2n` rows, or `n` for displacements only.
@@ -106,7 +116,7 @@ impl Propagator {
         &self,
         (chain, walk): (&Chain, &Walk),
         start: MatRef<f64>,
-        variation: Variation,
+        variation: Variation<'_>,
     ) -> Result<Tangent, FemError> {
         self.count(|spent| spent.derivatives += 1);
         let Variation { switches, by, released, to_velocities } = variation;
@@ -124,6 +134,7 @@ impl Propagator {
             }
         }
         let mut equations = Mat::<f64>::zeros(if free { m } else { 0 }, k);
+        let mut delays = Mat::<f64>::zeros(if free { 0 } else { m }, k);
         let mut place = &self.home_set;
         for (j, set) in chain.sets.iter().enumerate() {
             if let Some(passed) = self.passed(place, set, b.as_ref())? {
@@ -142,10 +153,17 @@ impl Propagator {
             if let Some(e) = event.filter(|e| free && e.from_start) {
                 e.row(&mut equations, j, &b, k);
             }
+            if let Some(By::Parameter(p)) = by {
+                link.count_from_holds(p, set, &mut b, k, -1.0);
+            }
             link.carry(&mut b, k, released)?;
             match by {
-                Some(Parameter::Feedback) => link.feed(&mut b, k, k - 1),
-                Some(Parameter::Frequency) => link.retune(&self.system.loads, &mut b, k, k - 1),
+                Some(By::Feedback) => link.feed(&mut b, k, k - 1),
+                Some(By::Frequency) => link.retune(&self.system.loads, &mut b, k, k - 1),
+                Some(By::Parameter(p)) => {
+                    link.vary(p, set, &mut b, k)?;
+                    link.count_from_holds(p, set, &mut b, k, 1.0);
+                }
                 None => {}
             }
             let Some(e) = event else { continue };
@@ -159,20 +177,29 @@ impl Propagator {
                 }
             } else {
                 let mut slopes = link.slopes(e.monitor, &b, k);
-                if by == Some(Parameter::Frequency) {
-                    slopes[k - 1] += link.monitor_by_frequency(e.monitor);
+                match by {
+                    Some(By::Frequency) => slopes[k - 1] += link.monitor_by_frequency(e.monitor),
+                    Some(By::Parameter(p)) => {
+                        slopes[k - 1] += link.monitor_by(p, set, e.monitor);
+                    }
+                    _ => {}
                 }
                 let next = &chain.sets[j + 1];
                 if let Some(passed) = self.passed(place, next, b.as_ref())? {
                     b = passed;
                 }
                 walk.links[j + 1].remember(&self.system, place, &mut b, k);
-                place = next;
                 if let Some(blow) = &e.blow {
                     let after = blow.act(b.subcols(k, k));
                     b.subcols_mut(k, k).copy_from(&after);
                 }
+                if let Some(By::Parameter(p)) = by {
+                    let struck = chain.struck.get(j).map_or(&[][..], Vec::as_slice);
+                    link.pass_on(p, (place, struck), &walk.links[j + 1], &self.system, &mut b, k);
+                }
+                place = next;
                 for (c, &slope) in slopes.iter().enumerate() {
+                    delays[(j, c)] = -slope / e.rate;
                     saltation::pass(&e.jump, e.rate, slope, b.col_as_slice_mut(k + c));
                     if e.blow.is_some() {
                         saltation::pass(&e.slowed, e.rate, slope, b.col_as_slice_mut(c));
@@ -192,6 +219,6 @@ impl Propagator {
             true => self.scale[i] * b[(i, c)],
             false => b[(i - n, velocities + c)],
         });
-        Ok(Tangent { end, equations })
+        Ok(Tangent { end, equations, delays })
     }
 }

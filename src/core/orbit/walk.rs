@@ -9,8 +9,10 @@ use faer::Mat;
 use nalgebra::DMatrix;
 
 use super::chain::{Chain, Jump, Propagator};
+use super::parameter::Parameter;
 use crate::contact::{PointState, States, System, leading};
 use crate::continuation::dot;
+use crate::fem::dense::product;
 use crate::fem::{FemError, Loads};
 use crate::flow::drives::Drives;
 use crate::flow::motion::Motion;
@@ -94,6 +96,12 @@ impl Propagator {
         Ok(Walk { links, events, z_end, rate_end })
     }
 }
+
+/// Phase that the fastest mode and the fastest load go through together in a panel: ten Gauss–Legendre nodes integrate `e^{ix}` over 6 to 4·10⁻¹⁵.
+const PANEL: f64 = 6.0;
+
+/// What damping has made smaller by `e⁻³⁷` is gone.
+const GONE: f64 = 37.0;
 
 /// Step of central differences by the frequency of the loads, relative.
 const RETUNE: f64 = 1e-6;
@@ -229,7 +237,7 @@ impl Link {
     }
 
     /// `u_O` and `u̇_O` at a time of the phase.
-    fn state(&self, t: f64) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn state(&self, t: f64) -> (Vec<f64>, Vec<f64>) {
         let n = self.spectrum.modes.len();
         let mut modal = vec![0.0; 2 * n];
         let (q, v) = modal.split_at_mut(n);
@@ -276,6 +284,141 @@ impl Link {
     /// `∂h/∂ω` of monitor `k` at the end of the phase, at a fixed state: what the loads on `u_C` give.
     pub(super) fn monitor_by_frequency(&self, k: usize) -> f64 {
         self.drives.by_frequency(k, self.span.1)
+    }
+
+    /// Add to the last tangent column what the phase itself gives to `∂/∂p`: of a motion that starts where it starts,
+    ///
+    /// ```text
+    /// δ(t₁) = ∫ Φ(t₁ − t) (0, ΦᵀM_α ∂ü_O/∂p (t, u_O(t), u̇_O(t))) dt
+    /// ```
+    ///
+    /// with the homogeneous flow `Φ`, by Gauss–Legendre panels that are short against the fastest mode: the error is that of rounding.
+    pub(super) fn vary(
+        &self,
+        p: &Parameter,
+        set: &States,
+        b: &mut Mat<f64>,
+        k: usize,
+    ) -> Result<(), FemError> {
+        let source = p.source(self.span, || self.source(p, set))?;
+        for (column, of) in [(k - 1, 0), (2 * k - 1, 1)] {
+            let added = source.col_as_slice(of).iter();
+            b.col_as_slice_mut(column).iter_mut().zip(added).for_each(|(b, x)| *b += x);
+        }
+        Ok(())
+    }
+
+    /// The integral of [`Self::vary`]: displacements, velocities.
+    fn source(&self, p: &Parameter, set: &States) -> Result<Mat<f64>, FemError> {
+        let spectrum = &self.spectrum;
+        let n = spectrum.modes.len();
+        let mut sum = Mat::zeros(n, 2);
+        for (left, h) in self.panels() {
+            let middle = left + 0.5 * h;
+            let nodes = GAUSS10.iter().flat_map(|&(x, w)| [(-x, w), (x, w)]);
+            let (times, weights): (Vec<f64>, Vec<f64>) =
+                nodes.map(|(x, w)| (middle + 0.5 * h * x, 0.5 * h * w)).unzip();
+            let m = times.len();
+            let [mut q, mut v] = [0; 2].map(|_| vec![0.0; m * n]);
+            self.motion.at_times(spectrum, &times, &mut q, &mut v);
+            let modal = Mat::from_fn(n, 2 * m, |i, c| match c < m {
+                true => q[c * n + i],
+                false => v[(c - m) * n + i],
+            });
+            let states = product(spectrum.shapes.as_ref(), modal.as_ref());
+            let columns = |from: usize| -> Vec<f64> {
+                (from..from + m).flat_map(|c| states.col_as_slice(c)).copied().collect()
+            };
+            let change = p.accelerations(set, &times, [&columns(0), &columns(m)]);
+            let change = Mat::from_fn(n, m, |i, c| change[c * n + i]);
+            let change = product(spectrum.inverse.as_ref(), change.as_ref());
+            for c in 0..m {
+                let mut x = Mat::zeros(n, 2);
+                for i in 0..n {
+                    x[(i, 1)] = weights[c] * change[(i, c)];
+                }
+                spectrum.carry(&mut x, 1, self.span.1 - times[c], 0.0)?;
+                sum += &x;
+            }
+        }
+        Ok(sum)
+    }
+
+    /// Count the last tangent column from where the phase holds displacements, which moves with a parameter (`sign = −1`), or from where it was counted before: what is held does not
+    /// swing about it.
+    pub(super) fn count_from_holds(
+        &self,
+        p: &Parameter,
+        set: &States,
+        b: &mut Mat<f64>,
+        k: usize,
+        sign: f64,
+    ) {
+        for (j, by) in p.holds(set) {
+            let unit = self.spectrum.inverse.col_as_slice(j).iter();
+            let column = b.col_as_slice_mut(k - 1).iter_mut();
+            column.zip(unit).for_each(|(b, x)| *b += sign * by * x);
+        }
+    }
+
+    /// Panels of the phase, start and width, in which the fastest that the motion still does and the fastest that the flow to the end still knows go through no more than
+    /// [`PANEL`] together: what damping takes away is a matter of the beginning, and of the end.
+    fn panels(&self) -> Vec<(f64, f64)> {
+        let (start, end) = self.span;
+        let rates = self.spectrum.rates();
+        // the fastest of what is left after a time
+        let fastest = |after: f64| {
+            let left = rates.iter().filter(|(_, decay)| decay * after < GONE);
+            left.map(|r| r.0).fold(self.motion.load_rate(), f64::max)
+        };
+        let mut all = vec![];
+        let mut x = start;
+        while x < end || all.is_empty() {
+            let done = fastest(x - start);
+            let turned = |h: f64| h * (done + fastest((end - x - h).max(0.0)));
+            let mut h = end - x;
+            while turned(h) > PANEL {
+                h *= 0.7;
+            }
+            all.push((x, h));
+            // what is left over is rounding
+            x = if end - x - h <= 1e-14 * end.abs() { end } else { x + h };
+        }
+        all
+    }
+
+    /// `∂h/∂p` of monitor `k` at the end of the phase, at a fixed state.
+    pub(super) fn monitor_by(&self, p: &Parameter, set: &States, k: usize) -> f64 {
+        let (u, v) = self.state(self.span.1);
+        p.monitor(set, k, self.span.1, [&u, &v])
+    }
+
+    /// Add to the last tangent column what a parameter changes of a state on the way from this phase into the next: the blow of an impact, and what springs remember that begin
+    /// to stick at the limits of their sliders.
+    pub(super) fn pass_on(
+        &self,
+        p: &Parameter,
+        (before, struck): (&States, &[usize]),
+        next: &Link,
+        system: &System,
+        b: &mut Mat<f64>,
+        k: usize,
+    ) {
+        let mut add = |column: usize, change: &[f64]| {
+            let change = Mat::from_fn(change.len(), 1, |i, _| change[i]);
+            let modal = product(next.spectrum.inverse.as_ref(), change.as_ref());
+            let modal = modal.col_as_slice(0).iter();
+            b.col_as_slice_mut(column).iter_mut().zip(modal).for_each(|(b, x)| *b += x);
+        };
+        if !struck.is_empty() {
+            let (_, v) = self.state(self.span.1);
+            add(2 * k - 1, &p.impulse(before, struck, &v));
+        }
+        for (memory, sigma, slider) in next.spectrum.begin_to_stick(system, before) {
+            let mut unit = vec![0.0; next.spectrum.modes.len()];
+            unit[memory] = -sigma * p.elongations(before)[slider];
+            add(k - 1, &unit);
+        }
     }
 
     fn squared_speed(&self) -> f64 {

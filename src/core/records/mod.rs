@@ -8,17 +8,21 @@ mod attractor;
 #[doc(hidden)]
 pub mod bits;
 mod check;
+mod lyapunov;
 mod orbit;
 mod point;
 mod ridge;
+mod sensitivity;
 mod series;
 mod special;
 
 pub use attractor::{AttractorKind, AttractorRecord};
 pub use check::{CheckRow, VerdictKind};
+pub use lyapunov::LyapunovRecord;
 pub use orbit::{FrictionRecord, OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};
 pub(crate) use ridge::crest;
-pub use ridge::{Peak, peaks};
+pub use ridge::{Peak, peaks, summits};
+pub use sensitivity::{PeakRecord, SensitivityRecord};
 pub use series::{SeriesRecord, place_of_function};
 pub use special::{Bifurcation, GapReason, GrazingRecord, PointKind, StabilityChange};

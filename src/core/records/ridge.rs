@@ -1,15 +1,22 @@
 //! The ridge of a set of forced responses: where their amplitudes peak.
 
+use serde::{Deserialize, Serialize};
+
+use super::bits;
+
 /// A peak of a response.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
     /// Branch.
     pub branch: usize,
     /// Frequency.
+    #[serde(with = "bits::one")]
     pub omega: f64,
     /// Largest contact displacement.
+    #[serde(with = "bits::one")]
     pub amplitude: f64,
     /// Energy there.
+    #[serde(with = "bits::one")]
     pub energy: f64,
 }
 
@@ -21,13 +28,24 @@ const JUMP: f64 = 0.2;
 
 /// The peaks of the amplitude along a branch, whose orbits come in the order of the walk: frequency, amplitude, energy. They are the tops of parabolas
 /// over the length of the branch in the plane of frequency and amplitude, through the highest orbit and its neighbours; the highest orbit itself beside a jump.
-pub fn peaks(branch: usize, mut row: Vec<[f64; 3]>) -> Vec<Peak> {
-    row.dedup_by(|a, b| a[0] == b[0] && a[1] == b[1]);
+pub fn peaks(branch: usize, row: Vec<[f64; 3]>) -> Vec<Peak> {
+    summits(branch, row).into_iter().map(|s| s.0).collect()
+}
+
+/// The same, each with the places in the row of the orbit before, of the highest and of the one behind.
+pub fn summits(branch: usize, row: Vec<[f64; 3]>) -> Vec<(Peak, [usize; 3])> {
+    let mut row: Vec<(usize, [f64; 3])> = row.into_iter().enumerate().collect();
+    row.dedup_by(|a, b| a.1[0] == b.1[0] && a.1[1] == b.1[1]);
+    let (places, row): (Vec<usize>, Vec<[f64; 3]>) = row.into_iter().unzip();
     let highest: Vec<usize> = (1..row.len().saturating_sub(1))
         .filter(|&k| row[k][1] >= row[k - 1][1] && row[k][1] > row[k + 1][1])
         .filter(|&k| stands_out(&row, k))
         .collect();
-    highest.into_iter().map(|k| top(branch, [row[k - 1], row[k], row[k + 1]])).collect()
+    let of = |k: usize| {
+        let around = [k - 1, k, k + 1];
+        (top(branch, around.map(|k| row[k])), around.map(|k| places[k]))
+    };
+    highest.into_iter().map(of).collect()
 }
 
 /// Whether the branch falls by enough on both sides before it rises above a maximum again.
