@@ -264,28 +264,8 @@ impl<'a> Differentiable<'a> {
             let why = "the speed of a surface to which points stick is none that is offered";
             return Err(OrbitError::Parameter(why));
         }
-        let end = self.closure.end(self.period);
-        let (chain, times) = (&self.at.passage.chain, &self.at.passage.times);
-        let walk = self.body.walk(chain, self.closure.frame(&self.z), times, end)?;
-        let by = Variation { by: Some(By::Parameter(p)), ..Variation::OF_MAP };
+        let r = self.residual_by(p, &state)?;
         let n = self.body.n();
-        let nothing = Mat::<f64>::zeros(2 * n, 0);
-        let column = self.body.tangent((chain, &walk), nothing.as_ref(), by)?.end;
-        // the end of the time moves with the frequency
-        let longer = if p.kind == Kind::Frequency { -end / omega } else { 0.0 };
-        let column: Vec<f64> =
-            (0..2 * n).map(|i| column[(i, 0)] + longer * walk.rate_end[i]).collect();
-        let mut r = match self.closure {
-            Closure::Reversible => column[n..].to_vec(),
-            Closure::Viscous(pin) => {
-                let turned = self.pinned_velocity(p, pin, &state)?;
-                column.into_iter().chain([turned]).collect()
-            }
-            _ => column,
-        };
-        if self.closure.is_forced() {
-            self.body.drift.leave_out(&mut r);
-        }
         let mut x = correction(self.body, self.closure, &self.z, &self.at, &r)?;
         let unknown = match self.closure {
             Closure::Viscous(_) | Closure::Limit => x.pop(),
@@ -316,6 +296,34 @@ impl<'a> Differentiable<'a> {
             alpha,
             multipliers,
         })
+    }
+
+    /// `R_p` at fixed unknowns.
+    fn residual_by(&self, p: &Parameter, state: &State) -> Result<Vec<f64>, OrbitError> {
+        let omega = self.closure.period(1.0) / self.period;
+        let end = self.closure.end(self.period);
+        let (chain, times) = (&self.at.passage.chain, &self.at.passage.times);
+        let walk = self.body.walk(chain, self.closure.frame(&self.z), times, end)?;
+        let by = Variation { by: Some(By::Parameter(p)), ..Variation::OF_MAP };
+        let n = self.body.n();
+        let nothing = Mat::<f64>::zeros(2 * n, 0);
+        let column = self.body.tangent((chain, &walk), nothing.as_ref(), by)?.end;
+        // the end of the time moves with the frequency
+        let longer = if p.kind == Kind::Frequency { -end / omega } else { 0.0 };
+        let column: Vec<f64> =
+            (0..2 * n).map(|i| column[(i, 0)] + longer * walk.rate_end[i]).collect();
+        let mut r = match self.closure {
+            Closure::Reversible => column[n..].to_vec(),
+            Closure::Viscous(pin) => {
+                let turned = self.pinned_velocity(p, pin, state)?;
+                column.into_iter().chain([turned]).collect()
+            }
+            _ => column,
+        };
+        if self.closure.is_forced() {
+            self.body.drift.leave_out(&mut r);
+        }
+        Ok(r)
     }
 
     /// Changes of `u_O` and `u̇_O` of a change of the frame vector.
