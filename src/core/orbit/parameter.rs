@@ -15,7 +15,7 @@ use std::rc::Rc;
 
 use faer::Mat;
 
-use crate::contact::{Phase, Rayleigh, States, System};
+use crate::contact::{Phase, Rayleigh, Slider, States, System};
 
 /// What a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -195,8 +195,7 @@ impl Parameter {
         if self.neighbours.iter().all(|n| n.system.impact().is_none()) {
             return vec![];
         }
-        let rows: Vec<usize> =
-            self.phases(set).iter().flat_map(|p| p.held_displacements()).collect();
+        let rows = self.phases(set).first().map_or(vec![], Phase::held_displacements);
         let places = |_: &System, phase: &Phase| phase.held_places().iter().map(|h| h.1).collect();
         rows.into_iter().zip(self.differences(set, places)).collect()
     }
@@ -211,7 +210,7 @@ impl Parameter {
     /// `∂/∂p` of what springs of sliders are elongated by at their limits.
     pub(super) fn elongations(&self, set: &States) -> Vec<f64> {
         self.differences(set, |system, _| {
-            let of = |s: &crate::contact::Slider| s.elastic.map_or(0.0, |e| s.limit / e.stiffness);
+            let of = |s: &Slider| s.elastic.map_or(0.0, |e| s.limit / e.stiffness);
             system.sliders().iter().map(of).collect()
         })
     }
