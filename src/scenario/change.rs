@@ -244,15 +244,14 @@ mod tests {
 
     #[test]
     fn numbers_are_found_and_changed_where_they_stand() {
-        let text = TEXT.replace("amplitude = 0.1", "amplitude = [0.1, 0.2]");
-        let scene = Scene::parse(&text, "t.toml".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+        let scene = scene();
         let number = |key: &str| scene.number(key).ok();
         assert_eq!(number("contact.gap"), Some(1.0));
         assert_eq!(number("body.size[0]"), Some(1.0));
         for key in [
             "load.amplitude",
-            "load[0].amplitude",
             "load[1].amplitude",
+            "load[0].edge",
             "contact.edge",
             "",
             "a[",
@@ -262,7 +261,9 @@ mod tests {
         }
         let changed = scene.with_number("contact.gap", 2.5).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(changed.number("contact.gap").ok(), Some(2.5));
-        let plain = self::scene().with_number("load[0].amplitude", 0.25);
+        assert_eq!(number("load[0].amplitude"), Some(0.1));
+        assert_eq!(number("body.elements[0]"), Some(4.0));
+        let plain = scene.with_number("load[0].amplitude", 0.25);
         let plain = plain.unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(plain.number("load[0].amplitude").ok(), Some(0.25));
     }
