@@ -148,7 +148,9 @@ mod tests {
         let found = LyapunovRecord::of(1.0, growths, &shrinking, true);
         let [a, b] = [found.exponents[0], found.exponents[1]];
         assert!((a - 0.4711).abs() < 4.0 * found.errors[0] && found.errors[0] < 2e-3, "{a}");
-        assert!((a + b - found.divergence).abs() < 1e-12 && (b + 1.1643).abs() < 6e-3, "{b}");
+        // a sum of 100,000 terms is known to so many times their rounding
+        assert!((a + b - found.divergence).abs() < 1e5 * f64::EPSILON, "{b}");
+        assert!((b + 1.1643).abs() < 6e-3, "{b}");
         assert_eq!(found.verdict(), "chaotic");
         assert!((found.dimension().unwrap_or(0.0) - (1.0 + a / -b)).abs() < 1e-12);
     }
