@@ -1,11 +1,9 @@
 //! Lyapunov exponents: exact sums and pairs, multipliers of an orbit, an independent program's chaos.
 
-use std::path::Path;
-
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{json, program};
+use crate::common::{json, program, with_unit_matrix as written};
 
 /// One displacement, M = K = B = 1, before an elastic stop without a gap, under `cos ωt`: Shaw and Holmes' setting with a stiff spring.
 fn one_stop(omega: f64) -> String {
@@ -14,14 +12,6 @@ fn one_stop(omega: f64) -> String {
          [contact]\ndisplacements = [0]\ngap = 0.0\nmethod = \"penalty\"\nstiffness = 200.0\n[damping]\nrayleigh = [0.1, 0.0]\n\
          [[load]]\nkind = \"force\"\ndisplacement = 0\namplitude = 1.0\nomega = {omega:?}\n[run]\nperiods = 100\nintegrator = \"modal\"\n"
     )
-}
-
-fn written(folder: &Path, text: &str) -> String {
-    let one = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 1.0\n";
-    std::fs::write(folder.join("one.mtx"), one).unwrap();
-    let scene = folder.join("scene.toml");
-    std::fs::write(&scene, text).unwrap();
-    scene.display().to_string()
 }
 
 /// The exponents of a scene, with the file.

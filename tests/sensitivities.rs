@@ -1,11 +1,9 @@
 //! Derivatives of orbits by numbers of their scenes: against scaling laws, closed forms, an independent program's numbers, and differences of orbits.
 
-use std::path::Path;
-
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{json, program};
+use crate::common::{json, program, with_unit_matrix as written};
 
 /// One displacement: M = K = B = 1, an elastic stop, a load.
 fn oscillator(gap: f64, stiffness: f64, damping: [f64; 2], load: Option<f64>) -> String {
@@ -28,14 +26,6 @@ fn bar(more: &str) -> String {
         "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [10]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
          [contact]\nedge = \"right\"\ngap = 1.0\nmethod = \"mass-redistribution\"\nmass = \"condensed\"\n{more}"
     )
-}
-
-fn written(folder: &Path, text: &str) -> String {
-    let one = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 1.0\n";
-    std::fs::write(folder.join("one.mtx"), one).unwrap();
-    let scene = folder.join("scene.toml");
-    std::fs::write(&scene, text).unwrap();
-    scene.display().to_string()
 }
 
 /// The orbit of a scene with its derivatives.

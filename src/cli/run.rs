@@ -255,6 +255,8 @@ fn integrate(
         _ => Status::Failed(report.outcome.to_string()),
     };
     let mut writer = progress.writer.end()?;
+    // the run stands whatever becomes of its exponents
+    let mut found = Ok(None);
     // an interrupted run is not over
     if status != Status::Interrupted {
         object["forces"] = serde_json::to_value(writer.forces()?).unwrap_or_default();
@@ -265,18 +267,10 @@ fn integrate(
         }
         object["excursions"] = serde_json::to_value(excursions).unwrap_or_default();
         if let Some(asked) = exponents.filter(|_| report.outcome.is_complete()) {
-            match lyapunov::found(global, scene, &problem.system, &report.last, asked) {
-                Ok(found) => {
-                    if let Some(found) = found {
-                        object["lyapunov"] = lyapunov::to_json(&found);
-                        writer.lyapunov(&found)?;
-                    }
-                }
-                Err(e) => {
-                    writer.report(&object)?;
-                    writer.finish(&status)?;
-                    return Err(e);
-                }
+            found = lyapunov::found(global, scene, &problem.system, &report.last, asked);
+            if let Ok(Some(found)) = &found {
+                object["lyapunov"] = lyapunov::to_json(found);
+                writer.lyapunov(found)?;
             }
         }
         writer.report(&object)?;
@@ -285,7 +279,7 @@ fn integrate(
         }
     }
     writer.finish(&status)?;
-    Ok((report, object))
+    found.map(|_| (report, object))
 }
 
 /// What there is to say of a run; `from`: the time from which an interrupted one was gone on with.

@@ -58,6 +58,15 @@ pub fn json(arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
+/// The path of a scene written into a folder, beside `one.mtx`, a matrix of 1.
+pub fn with_unit_matrix(folder: &Path, scene: &str) -> String {
+    let one = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 1.0\n";
+    std::fs::write(folder.join("one.mtx"), one).unwrap();
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, scene).unwrap();
+    path.display().to_string()
+}
+
 /// How tests open HDF5 files: without a lock. A child that another thread starts meanwhile inherits the lock until it
 /// has become the program, and the program is then refused a file that nobody holds.
 pub fn hdf5_files() -> hdf5::FileBuilder {

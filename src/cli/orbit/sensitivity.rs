@@ -42,7 +42,6 @@ pub(super) fn sensitivities(
     }
     let mut along = Differentiable::new(body, orbit).map_err(|e| refused("orbit", &e))?;
     let mut parameters = vec![];
-    let mut peaks = vec![];
     let bar = Bar::named(global, format!("{}, derivatives", scene.stem()));
     for (k, (key, mut parameter)) in found.into_iter().enumerate() {
         bar.iter().for_each(|bar| bar.set(k as f64 / keys.len() as f64, key.clone()));
@@ -50,7 +49,6 @@ pub(super) fn sensitivities(
         let nodal = |x: &[f64]| along.system().body.nodal(x).into_owned();
         let [u0, v0] = [&by.state[0], &by.state[1]].map(|x| nodal(x));
         let multipliers = by.multipliers.iter().map(|m| [m.0, m.1]).collect();
-        peaks = along.peaks.iter().map(|p| told(p.of, p.value, p.t, along.system())).collect();
         parameters.push(SensitivityRecord {
             key: key.clone(),
             value: by.value,
@@ -63,6 +61,7 @@ pub(super) fn sensitivities(
         });
     }
     bar.iter().for_each(Bar::clear);
+    let peaks = along.peaks.iter().map(|p| told(p.of, p.value, p.t, along.system())).collect();
     Ok(Sensitivities { peaks, parameters })
 }
 

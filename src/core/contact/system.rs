@@ -507,10 +507,23 @@ impl System {
 
     /// Elastic energy of the body at `t` and a full displacement: `½ uᵀ K u`, what an obstacle that yields holds of it, and what supports that move add.
     pub fn elastic(&self, t: f64, u: &[f64]) -> f64 {
-        let square = self.kernel.quadratic(&self.body.stiffness, u);
         let obstacle = self.method.obstacle().map_or(0.0, |o| o.energy(&u[..self.n_o()]));
         let sliders: f64 = self.sliders().iter().map(|s| s.energy(u)).sum();
+        self.elastic_with(t, u, [obstacle, sliders])
+    }
+
+    /// The same where it is known what the obstacle and the sliders hold.
+    fn elastic_with(&self, t: f64, u: &[f64], [obstacle, sliders]: [f64; 2]) -> f64 {
+        let square = self.kernel.quadratic(&self.body.stiffness, u);
         0.5 * square + obstacle + sliders + self.loads.carried.elastic(t, u)
+    }
+
+    /// All displacements and velocities of a state in a phase.
+    fn expanded(&self, phase: &Phase, t: f64, [u_o, v_o]: [&[f64]; 2]) -> [Vec<f64>; 2] {
+        let (mut u, mut v) = (vec![0.0; self.n()], vec![0.0; self.n()]);
+        phase.expand_displacement(t, u_o, &mut u);
+        phase.expand_velocity(t, v_o, &mut v);
+        [u, v]
     }
 
     /// Energy `H` at `t` of a full displacement and velocity; beyond that of the rest, where it is told around one.
@@ -520,18 +533,13 @@ impl System {
 
     /// The same of a state in a phase.
     pub fn energy_in(&self, phase: &Phase, t: f64, state: &State) -> f64 {
-        let (mut u, mut v) = (vec![0.0; self.n()], vec![0.0; self.n()]);
-        phase.expand_displacement(t, &state.u, &mut u);
-        phase.expand_velocity(t, &state.v, &mut v);
+        let [u, v] = self.expanded(phase, t, [&state.u, &state.v]);
         self.energy(t, &u, &v)
     }
 
     /// The same as a polynomial of the state, that of the phase: which springs are pressed, and which sliders stick, is not asked of the state.
     pub(crate) fn energy_of_phase(&self, phase: &Phase, t: f64, [u_o, v_o]: [&[f64]; 2]) -> f64 {
-        let (mut u, mut v) = (vec![0.0; self.n()], vec![0.0; self.n()]);
-        phase.expand_displacement(t, u_o, &mut u);
-        phase.expand_velocity(t, v_o, &mut v);
-        let square = self.kernel.quadratic(&self.body.stiffness, &u);
+        let [u, v] = self.expanded(phase, t, [u_o, v_o]);
         let pushes = &phase.data.pushes;
         let obstacle = self.method.obstacle().map_or(0.0, |o| o.energy_of(pushes, u_o));
         let first = self.facing().len();
@@ -539,7 +547,7 @@ impl System {
             slider.energy_if(phase.set.at(first + s).slip().is_none(), u_o)
         };
         let sliders: f64 = self.sliders().iter().enumerate().map(slider).sum();
-        let elastic = 0.5 * square + obstacle + sliders + self.loads.carried.elastic(t, &u);
+        let elastic = self.elastic_with(t, &u, [obstacle, sliders]);
         self.beyond_rest(elastic + self.kinetic(t, &v), &u)
     }
 

@@ -11,12 +11,12 @@ use faer::Mat;
 
 use super::chain::Propagator;
 use super::credentials::Orbit;
-use super::period_map::{integrate, integrate_with};
+use super::lyapunov::Carried;
+use super::period_map::integrate_with;
 use super::settle::{Settled, Settling, repeats, settle};
-use super::tangent::Variation;
 use super::{OrbitError, tolerate};
 use crate::event::{Observer, Sample};
-use crate::records::{AttractorKind, AttractorRecord, crest};
+use crate::records::{AttractorKind, AttractorRecord, crest, mean_with_error};
 
 /// Periods over which an exponent is taken: those that are left out at first, blocks, periods of a block.
 const EXPONENT: (usize, usize, usize) = (20, 10, 20);
@@ -136,16 +136,14 @@ fn exponent(
     let mut e = Mat::from_fn(z.len(), 1, |i, _| (1.0 + i as f64).sqrt().fract() - 0.5);
     let mut growths = vec![];
     for _ in 0..before + blocks * length {
-        let passage = integrate(body, &body.state(&z), period)?;
-        let walk = body.walk(&passage.chain, &z, &passage.times, period)?;
-        let next = body.tangent((&passage.chain, &walk), e.as_ref(), Variation::OF_MAP)?.end;
+        let Carried { columns: next, z: there, .. } = Carried::over(body, &z, &e, period)?;
         let grown = next.norm_l2();
         growths.push((grown / e.norm_l2()).max(f64::MIN_POSITIVE).ln());
         if !(grown.is_finite() && grown > 0.0) {
             break;
         }
         e = Mat::from_fn(z.len(), 1, |i, _| next[(i, 0)] / grown);
-        z = body.frame(&passage.report.last);
+        z = there;
     }
     let means: Vec<f64> = growths
         .get(before..)
@@ -153,10 +151,7 @@ fn exponent(
         .chunks_exact(length)
         .map(|block| block.iter().sum::<f64>() / length as f64)
         .collect();
-    let count = means.len() as f64;
-    let mean = means.iter().sum::<f64>() / count;
-    let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    Ok(((mean, (variance / count).sqrt()), z))
+    Ok((mean_with_error(&means), z))
 }
 
 /// Extremes and histories of the contact points over a motion.

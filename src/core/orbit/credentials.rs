@@ -199,7 +199,8 @@ impl Observer for Scan<'_> {
         let energy = s.energies.map_or(f64::NAN, |e| system.beyond_rest(e.total(), s.u));
         self.kinetic = self.kinetic.max(s.energies.map_or(0.0, |e| e.kinetic));
         let switched = self.last.last().is_some_and(|(_, states, _)| states != s.active);
-        let moved = system.beside_rest(&system.at_points(s.u));
+        let at_points = system.at_points(s.u);
+        let moved = system.beside_rest(&at_points);
         let amplitude = moved.iter().fold(0.0f64, |m, u| m.max(u.abs()));
         if switched || s.jumps != self.jumps {
             self.amplitude.switch(s.t, amplitude);
@@ -208,7 +209,6 @@ impl Observer for Scan<'_> {
         }
         self.energy.note(s.t, energy);
         self.amplitude.note(s.t, amplitude);
-        let at_points = system.at_points(s.u);
         let monitor = |i: usize| match system.law().watched(s.active.at(i)) {
             MonitorKind::Pressure => s.pressure[i] / system.constraints[i].stiffness,
             MonitorKind::Depth => at_points[i] - system.constraints[i].gap,
@@ -346,16 +346,14 @@ pub fn examine(
             scan.grazing = scan.grazing.min(touch.h.max(0.0) / unit);
         }
     }
-    let energy_of = along.map(|(chain, walk)| {
-        let phases: Vec<Phase> = chain.sets.iter().map(|set| system.phase(set)).collect();
-        move |t: f64| energy_along(system, walk, &phases, t)
-    });
-    let largest = scan.energy.of(energy_of.as_ref().map(|e| e as &dyn Fn(f64) -> f64));
-    let amplitude_of = along.map(|(chain, walk)| {
-        let phases: Vec<Phase> = chain.sets.iter().map(|set| system.phase(set)).collect();
-        move |t: f64| amplitude_along(system, walk, &phases, t)
-    });
-    let amplitude = scan.amplitude.of(amplitude_of.as_ref().map(|a| a as &dyn Fn(f64) -> f64));
+    let phases: Option<(&Walk, Vec<Phase>)> =
+        along.map(|(chain, walk)| (walk, chain.sets.iter().map(|set| system.phase(set)).collect()));
+    let highest = |scanned: Highest, along: fn(&System, &Walk, &[Phase], f64) -> f64| {
+        let of = phases.as_ref().map(|(walk, phases)| move |t: f64| along(system, walk, phases, t));
+        scanned.of(of.as_ref().map(|f| f as &dyn Fn(f64) -> f64))
+    };
+    let (largest, amplitude) =
+        (highest(scan.energy, energy_along), highest(scan.amplitude, amplitude_along));
     let energy = largest.max(f64::MIN_POSITIVE);
     let stability = match along {
         Some(along) if wanted => if_known(stability(body, closure, z, along))?,

@@ -49,15 +49,12 @@ pub fn exponents(
         if told(done).is_break() {
             break;
         }
-        let passage = integrate(body, &body.state(&z), asked.period)?;
-        let walk = body.walk(&passage.chain, &z, &passage.times, asked.period)?;
-        let carried = body.tangent((&passage.chain, &walk), q.as_ref(), Variation::OF_MAP)?.end;
-        let (next, grown) = orthonormal(&carried);
-        q = next;
-        z = body.frame(&passage.report.last);
+        let carried = Carried::over(body, &z, &q, asked.period)?;
+        let (next, grown) = orthonormal(&carried.columns);
+        (q, z) = (next, carried.z);
         if done >= asked.skip {
             growths.push(grown.iter().map(|g| g.max(f64::MIN_POSITIVE).ln()).collect());
-            shrinking.push(divergence(body, &passage.chain, &walk)?);
+            shrinking.push(divergence(body, &carried.chain, &carried.walk)?);
         }
     }
     Ok(match growths.is_empty() {
@@ -67,6 +64,33 @@ pub fn exponents(
             Some(LyapunovRecord::of(asked.period, growths, &shrinking, all))
         }
     })
+}
+
+/// Columns that were carried over a period by the tangent of a motion.
+pub(super) struct Carried {
+    /// The columns at its end.
+    pub columns: Mat<f64>,
+    /// The frame vector there.
+    pub z: Vec<f64>,
+    chain: Chain,
+    walk: Walk,
+}
+
+impl Carried {
+    /// From the frame vector `z` over a period.
+    pub fn over(
+        body: &Propagator,
+        z: &[f64],
+        columns: &Mat<f64>,
+        period: f64,
+    ) -> Result<Carried, OrbitError> {
+        let passage = integrate(body, &body.state(z), period)?;
+        let walk = body.walk(&passage.chain, z, &passage.times, period)?;
+        let along = (&passage.chain, &walk);
+        let columns = body.tangent(along, columns.as_ref(), Variation::OF_MAP)?.end;
+        let z = body.frame(&passage.report.last);
+        Ok(Carried { columns, z, chain: passage.chain, walk })
+    }
 }
 
 /// No direction is preferred.

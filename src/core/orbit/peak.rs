@@ -44,10 +44,11 @@ impl Height {
         };
         let is_amplitude =
             |p: &super::sensitivity::Peak| matches!(p.of, Observable::Displacement(_));
-        let Some(k) = along.peaks.iter().position(is_amplitude) else { return Ok(None) };
-        let amplitude = along.peaks[k].value.abs();
+        // of pressure and energy nothing is asked
+        along.peaks.retain(is_amplitude);
+        let Some(amplitude) = along.peaks.first().map(|p| p.value.abs()) else { return Ok(None) };
         let Sensitivity { peaks, change, .. } = along.by(&mut by)?;
-        Ok(Some(Height { orbit: orbit.clone(), amplitude, slope: peaks[k], change }))
+        Ok(Some(Height { orbit: orbit.clone(), amplitude, slope: peaks[0], change }))
     }
 
     /// The orbit at another frequency nearby.

@@ -414,10 +414,14 @@ impl Link {
             let (_, v) = self.state(self.span.1);
             add(2 * k - 1, &p.impulse(before, struck, &v));
         }
-        for (memory, sigma, slider) in next.spectrum.begin_to_stick(system, before) {
-            let mut unit = vec![0.0; next.spectrum.modes.len()];
-            unit[memory] = -sigma * p.elongations(before)[slider];
-            add(k - 1, &unit);
+        let sticking = next.spectrum.begin_to_stick(system, before);
+        if !sticking.is_empty() {
+            let elongations = p.elongations(before);
+            let mut change = vec![0.0; next.spectrum.modes.len()];
+            for (memory, sigma, slider) in sticking {
+                change[memory] -= sigma * elongations[slider];
+            }
+            add(k - 1, &change);
         }
     }
 

@@ -102,6 +102,14 @@ const CHAOTIC: f64 = 0.01;
 const ERRORS: f64 = 4.0;
 const STILL: f64 = 1e-3;
 
+/// The mean of some values that do not know of each other, and its standard error.
+pub(crate) fn mean_with_error(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (mean, (variance / count).sqrt())
+}
+
 /// Standard errors of the mean by blocks of 1, 2, 4, … values, as long as there are enough of them.
 fn standard_errors(values: &[f64]) -> Vec<f64> {
     let mut all = vec![];
@@ -109,10 +117,7 @@ fn standard_errors(values: &[f64]) -> Vec<f64> {
     while values.len() / length >= BLOCKS {
         let means: Vec<f64> =
             values.chunks_exact(length).map(|b| b.iter().sum::<f64>() / length as f64).collect();
-        let count = means.len() as f64;
-        let mean = means.iter().sum::<f64>() / count;
-        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        all.push((variance / count).sqrt());
+        all.push(mean_with_error(&means).1);
         length *= 2;
     }
     all

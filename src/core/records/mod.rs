@@ -19,6 +19,7 @@ mod special;
 pub use attractor::{AttractorKind, AttractorRecord};
 pub use check::{CheckRow, VerdictKind};
 pub use lyapunov::LyapunovRecord;
+pub(crate) use lyapunov::mean_with_error;
 pub use orbit::{FrictionRecord, OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};
 pub(crate) use ridge::crest;
