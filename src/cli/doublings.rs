@@ -8,7 +8,7 @@ use signorini::records::{Way, fingerprint};
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
-use super::CliError;
+use super::{CliError, load};
 use super::ratios::with_ratios;
 
 fn refuse<T>(response: &StoredFamily, why: &str) -> Result<T, CliError> {
@@ -33,6 +33,19 @@ pub(super) fn scenes(
     match ratios(response) {
         Some(ratios) => with_ratios(scene, Some(&ratios)),
         None => Ok(vec![(None, scene.clone())]),
+    }
+}
+
+/// Refuse a response that is not of a scene, but for its damping ratio.
+pub(super) fn check(response: &StoredFamily, scene: &Scene) -> Result<(), CliError> {
+    let scenes = scenes(response, scene)?;
+    let Some((_, first)) = scenes.first() else { return Ok(()) };
+    match response.identity.problem == fingerprint(first, &load::of_scene(first)?) {
+        true => Ok(()),
+        false => refuse(
+            response,
+            "it is no response of this scene; give the scene that it was made from",
+        ),
     }
 }
 

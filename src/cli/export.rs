@@ -6,9 +6,10 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use signorini::report::export::{self, ExportError, Plan, Selection, Written};
-use signorini::report::{comparison, crosscheck, families};
+use signorini::report::{comparison, crosscheck, families, plane};
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, content, read_comparison, read_crosscheck, replace,
+    Content, Outputs, Stored, StoredFamily, content, read_comparison, read_crosscheck, read_curves,
+    replace,
 };
 
 use super::{Answer, CliError, Global};
@@ -97,7 +98,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         return Err(CliError::Input(message));
     }
     let (written, states) =
-        if matches!(content(&arguments.file)?, Content::Family | Content::Comparison) {
+        if matches!(
+            content(&arguments.file)?,
+            Content::Family | Content::Comparison | Content::Curves
+        ) {
             (table(arguments, &outputs, &stem)?, None)
         } else {
             let stored = Stored::read(&arguments.file)?;
@@ -193,6 +197,7 @@ fn table(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Writte
     let path = export::table(stem);
     outputs.check_derived(&path)?;
     let text = match content(&arguments.file)? {
+        Content::Curves => plane::csv(&read_curves(&arguments.file)?),
         Content::Comparison => comparison::csv(&read_comparison(&arguments.file)?.comparison),
         _ => match read_crosscheck(&arguments.file)? {
             Some(rows) => crosscheck::csv(&rows),

@@ -17,7 +17,7 @@ use signorini::store::{
     read_comparison, read_crosscheck, read_origin, read_raw, read_stored_orbit,
 };
 
-use super::{Answer, CliError, Global, inspect_matrix, inspect_mesh, inspect_scene};
+use super::{Answer, CliError, Global, curve, inspect_matrix, inspect_mesh, inspect_scene};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
@@ -117,6 +117,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     }
     match content(&arguments.file)? {
         Content::Family => return family(arguments, global),
+        Content::Curves => return curve::inspect(&arguments.file, arguments.scene, global),
         Content::Comparison => return compared(arguments, global),
         Content::Study => return study(arguments, global),
         Content::Run | Content::Orbit => {}

@@ -9,6 +9,7 @@ mod balance;
 mod caller;
 mod compare;
 mod crosscheck;
+mod curve;
 mod damped;
 mod doublings;
 mod error;
@@ -83,6 +84,8 @@ enum Command {
     Backbone(backbone::Arguments),
     /// Forced response over a range of frequencies, for one or several damping ratios
     Response(response::Arguments),
+    /// Folds, doublings, Neimark–Sacker points, grazings and peaks of a response over a number of its scene
+    Curve(curve::Arguments),
     /// Harmonic-balance results against the equations in time: is each point a true motion?
     Crosscheck(crosscheck::Arguments),
     /// Pictures (SVG, PNG, PDF) of what a file holds
@@ -142,6 +145,7 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Orbit(a) => orbit::run(a, global),
         Command::Backbone(a) => task::run(a, global),
         Command::Response(a) => task::run(a, global),
+        Command::Curve(a) => task::run(a, global),
         Command::Crosscheck(a) => task::run(a, global),
         Command::Plot(a) => plot::run(a, global),
         Command::View(a) => view::run(a, global),

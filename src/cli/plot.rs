@@ -10,8 +10,9 @@ use signorini::report::families;
 use signorini::report::figure::{self, Drawing, Style};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
+use signorini::report::plane;
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, beside, content, read_comparison, read_crosscheck,
+    Content, Outputs, Stored, StoredFamily, beside, content, read_comparison, read_crosscheck, read_curves,
     read_stored_orbit, read_switch_rates,
 };
 
@@ -20,7 +21,7 @@ use super::{Answer, CliError, Global, view};
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot plate.h5 --html\n  signorini plot plate.h5 --animate\n  signorini plot backbone.h5 --axis energy --width 3.4in --no-title\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
+    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot folds.h5 doublings.h5 -o map\n  signorini plot plate.h5 --html\n  signorini plot plate.h5 --animate\n  signorini plot backbone.h5 --axis energy --width 3.4in --no-title\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
 )]
 pub struct Arguments {
     /// A file of this program; several files of families (`backbone`, `response`, `crosscheck`) give one picture of energy
@@ -40,7 +41,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 100, requires = "animate", value_name = "N", value_parser = clap::value_parser!(u16).range(2..=2000))]
     frames: u16,
     /// Only these pictures: contact, states, friction, forces, probes, portraits, spectra, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
-    /// multipliers (of a family), sweep, bifurcation, waterfall (of a sweep), crosscheck (of a cross-check), comparison
+    /// multipliers (of a family), sweep, bifurcation, waterfall (of a sweep), crosscheck (of a cross-check), comparison, curves
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,
     /// Fractions of the stored time (of an orbit: of its period) at which shapes are drawn
@@ -196,6 +197,7 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
         Content::Family if checked.is_some() => families::check_names(),
         Content::Family => families::family_names(),
         Content::Comparison => vec!["comparison"],
+        Content::Curves => vec!["curves"],
         Content::Study => {
             let text = "is of a study: `signorini study collect` draws it (--show), and `plot` the files of its tasks";
             return Err(CliError::Input(format!("{} {text}", file.display())));
@@ -228,6 +230,10 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
         let sheet = comparison::picture(&read_comparison(file)?.comparison)?;
         return arguments.save(&[Drawing { stem, sheet }]);
     }
+    if kind == Content::Curves {
+        let sheet = plane::picture(&[read_curves(file)?])?;
+        return arguments.save(&[Drawing { stem, sheet }]);
+    }
     let family = StoredFamily::read(file)?;
     arguments.save(&match checked {
         Some(rows) => families::pictures_of_check(&family, &rows, &stem, &arguments.only)?,
@@ -241,6 +247,10 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
 /// One picture of several families.
 fn of_files(arguments: &Arguments) -> Result<Drawing<'static>, CliError> {
     let input = |message: String| Err(CliError::Input(message));
+    let kinds = arguments.files.iter().map(|f| content(f)).collect::<Result<Vec<_>, _>>()?;
+    if kinds.iter().all(|kind| *kind == Content::Curves) {
+        return of_curves(arguments);
+    }
     if let Some(name) = arguments.only.iter().find(|o| *o != "overlay") {
         return input(format!("no picture \"{name}\" of several files; there is overlay"));
     }
@@ -278,6 +288,23 @@ fn of_files(arguments: &Arguments) -> Result<Drawing<'static>, CliError> {
     }
     let stem = arguments.output.clone().unwrap_or_else(|| PathBuf::from("overlay"));
     Ok(overlay::picture(&all, &options, &stem)?)
+}
+
+/// One picture of the curves of several files.
+fn of_curves(arguments: &Arguments) -> Result<Drawing<'static>, CliError> {
+    let all = arguments.files.iter().map(|f| read_curves(f)).collect::<Result<Vec<_>, _>>()?;
+    let key = &all[0].curves.key;
+    if let Some((file, other)) =
+        arguments.files.iter().zip(&all).find(|(_, other)| other.curves.key != *key)
+    {
+        return Err(CliError::Input(format!(
+            "{}: its curves are over {}, those of the first file over {key}",
+            file.display(),
+            other.curves.key
+        )));
+    }
+    let stem = arguments.output.clone().unwrap_or_else(|| PathBuf::from("curves"));
+    Ok(Drawing { stem, sheet: plane::picture(&all)? })
 }
 
 /// A place that is marked.

@@ -383,7 +383,7 @@ fn short(omega: f64) -> f64 {
 }
 
 /// The first orbit: from the scene's own state if it has one, the linear response, or what the body settles to.
-fn first_orbit(
+pub(super) fn first_orbit(
     body: &mut Propagator,
     given: &[Vec<f64>],
     omega: f64,

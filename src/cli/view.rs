@@ -11,10 +11,11 @@ use signorini::problem::materials;
 use signorini::report::comparison;
 use signorini::report::figure::Style;
 use signorini::report::page::{self, View};
+use signorini::report::plane;
 use signorini::scenario::Scene;
 use signorini::store::{
     Content, Outputs, Raw, Stored, StoredFamily, attributes, content, read_comparison,
-    read_stored_orbit, replace,
+    read_curves, read_stored_orbit, replace,
 };
 
 use super::progress::Bar;
@@ -77,6 +78,11 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
             let stored = read_comparison(file)?;
             let sheet = comparison::picture(&stored.comparison)?;
             View::picture(&name(file), &stored.comparison.title, &sheet.svg(&Style::default())?)
+        }
+        Content::Curves => {
+            let stored = read_curves(file)?;
+            let sheet = plane::picture(&[stored.clone()])?;
+            View::picture(&name(file), &stored.title, &sheet.svg(&Style::default())?)
         }
         Content::Study => {
             let text = "is of a study; give the files of its tasks (NAME.study/tasks/…/result.h5)";

@@ -36,15 +36,7 @@ pub fn parameter(
         let help = "give --viscous, or a key of the scene: damping.rayleigh[1]";
         return Err(refused(scene, key, "belongs to viscous orbits", help));
     }
-    if ["run.", "orbit.", "initial.", "reduction."].iter().any(|table| key.starts_with(table)) {
-        let help = "give a number of the body, of what holds it, of contact, loads or damping";
-        return Err(refused(scene, key, "is no number of the equations", help));
-    }
-    let value = scene.number(key)?;
-    if key.ends_with(".omega") || key.ends_with(".period") {
-        let help = "give omega: the frequency of the orbit and of its loads";
-        return Err(refused(scene, key, "is the frequency of the orbit", help));
-    }
+    let value = of_equations(scene, key)?;
     let step = STEP * if value == 0.0 { 1.0 } else { value.abs() };
     let mut why = None;
     for stencil in [Stencil::Central, Stencil::OneSided(1.0), Stencil::OneSided(-1.0)] {
@@ -57,6 +49,20 @@ pub fn parameter(
     let message = format!("cannot be a little larger or smaller: {}", text.replace('\n', " "));
     let help = "give a number that enters the equations smoothly, no count";
     Err(refused(scene, key, &message, help))
+}
+
+/// The number at a key of a scene, if it is one of the equations, and not the frequency.
+pub(super) fn of_equations(scene: &Scene, key: &str) -> Result<f64, ProblemError> {
+    if ["run.", "orbit.", "initial.", "reduction."].iter().any(|table| key.starts_with(table)) {
+        let help = "give a number of the body, of what holds it, of contact, loads or damping";
+        return Err(refused(scene, key, "is no number of the equations", help));
+    }
+    let value = scene.number(key)?;
+    if key.ends_with(".omega") || key.ends_with(".period") {
+        let help = "give omega: the frequency of the orbit and of its loads";
+        return Err(refused(scene, key, "is the frequency of the orbit", help));
+    }
+    Ok(value)
 }
 
 fn neighbours(
@@ -82,7 +88,7 @@ fn neighbours(
 }
 
 /// Where motions begin is no matter of the equations, and need not be possible beside.
-fn without_start(scene: &Scene) -> Result<Scene, SceneError> {
+pub(super) fn without_start(scene: &Scene) -> Result<Scene, SceneError> {
     match scene.is_around_equilibrium() {
         true => Ok(scene.clone()),
         false => scene.with(&[Change::remove("initial")]),

@@ -10,6 +10,7 @@ pub mod figure;
 pub mod overlay;
 pub mod page;
 pub mod pictures;
+pub mod plane;
 pub mod precision;
 pub mod spectrum;
 pub mod study;

@@ -14,6 +14,8 @@ pub enum Content {
     Orbit,
     /// A family of orbits.
     Family,
+    /// Curves over a number of the scene.
+    Curves,
     /// Contact methods side by side.
     Comparison,
     /// What the tasks of a study found.
@@ -28,6 +30,9 @@ pub fn content(path: &Path) -> Result<Content, StoreError> {
     }
     if file.link_exists("study") {
         return Ok(Content::Study);
+    }
+    if file.link_exists("curves") {
+        return Ok(Content::Curves);
     }
     Ok(match (file.link_exists("backbone"), file.link_exists("orbit")) {
         (true, _) => Content::Family,

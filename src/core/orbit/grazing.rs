@@ -68,7 +68,7 @@ impl Ghost {
 
 /// A contact point that may graze near an orbit.
 #[derive(Debug, Clone)]
-struct Candidate {
+pub(super) struct Candidate {
     /// How far from it, as a depth over the unit of length.
     distance: f64,
     point: usize,
@@ -81,6 +81,11 @@ struct Candidate {
 }
 
 impl Candidate {
+    /// The contact point.
+    pub fn point(&self) -> usize {
+        self.point
+    }
+
     fn touch(&self, phase: usize) -> Border {
         let what = format!("contact point {} grazes", self.point);
         Border::Touch { phase, point: self.point, to: self.to, near: self.near, what }
@@ -155,6 +160,42 @@ pub(super) fn behind(
         false => search.inside(ghost),
     };
     Ok(tolerate(behind)?.flatten())
+}
+
+/// The motion near an orbit `(z, ω)` that does not know of the visits that nearly graze: of a contact point, or of the one that comes nearest; of those of an earlier look the one at the
+/// same instant. What grazes, the sequence of active sets without it, and the unknowns there.
+pub(super) fn bare(
+    body: &mut Propagator,
+    closure: Closure,
+    of_map: &[f64],
+    (point, last): (Option<usize>, Option<&Candidate>),
+) -> Result<Option<(Candidate, Chain, Vec<f64>)>, OrbitError> {
+    let mut search = Search::new(body, closure);
+    let Some(x) = search.read(of_map)? else { return Ok(None) };
+    let mut candidates = search.candidates(&x)?;
+    let apart = |a: f64, b: f64| (a - b - (a - b).round()).abs();
+    candidates.retain(|c| {
+        point.is_none_or(|p| p == c.point)
+            && last.is_none_or(|l| l.to == c.to && apart(l.near, c.near) < NEARBY)
+    });
+    candidates.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    let Some(nearest) = candidates.first() else { return Ok(None) };
+    let is_with = |c: &&Candidate| c.distance - nearest.distance <= TOGETHER * nearest.distance;
+    let group: Vec<Candidate> = candidates.iter().take_while(is_with).cloned().collect();
+    let x = search.without(&x, &group);
+    Ok(Some((group[0].clone(), search.family.chart(), x)))
+}
+
+/// The least value of what a candidate is watched by, over the unit of length, on the motion of unknowns in a chart, and where, of the time to the end.
+pub(super) fn miss(
+    body: &mut Propagator,
+    closure: Closure,
+    (chain, x): (&Chain, &[f64]),
+    candidate: &Candidate,
+) -> Result<(f64, f64), OrbitError> {
+    let mut search = Search::new(body, closure);
+    search.family.set_chart(chain);
+    search.miss(x, candidate)
 }
 
 /// The charts around a grazing.

@@ -70,23 +70,7 @@ impl<'a> Mapped<'a> {
 
     /// What the map says, or nothing where it cannot be evaluated.
     fn evaluate(&mut self, x: &[f64], derive: bool) -> Result<Option<Evaluated>, OrbitError> {
-        let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
-        let (n, closure) = (self.body.n(), self.closure);
-        self.body.system.loads_mut().set_frequency(*omega);
-        let period = closure.period(*omega);
-        let Some(at) = tolerate(image(self.body, closure, z, period))? else { return Ok(None) };
-        let mut j = Mat::zeros(0, 0);
-        if derive {
-            j = jacobian(self.body, closure, &at, true)?;
-            // the end moves with the frequency: dT/dω = −T/ω
-            let last = j.ncols() - 1;
-            let rate = at.rate_end();
-            // of a reversible orbit the velocities at half a period
-            let (rows, offset) = if closure == Closure::Reversible { (n, n) } else { (2 * n, 0) };
-            let end = closure.end(period);
-            (0..rows).for_each(|i| j[(i, last)] -= end / omega * rate[offset + i]);
-        }
-        Ok(Some((at.r, j)))
+        evaluated(self.body, self.closure, x, derive)
     }
 
     /// The branch behind a corner that no short step passes: the first of some longer ones that leads to an orbit. `x` and a tangent there.
@@ -215,6 +199,32 @@ impl<'a> Mapped<'a> {
     }
 }
 
+/// The residual of the map at `(z, ω)` (viscous: `(z, α, ω)`) with its derivative, if that is asked for; nothing where it cannot be evaluated.
+pub(super) fn evaluated(
+    body: &mut Propagator,
+    closure: Closure,
+    x: &[f64],
+    derive: bool,
+) -> Result<Option<Evaluated>, OrbitError> {
+    let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
+    let n = body.n();
+    body.system.loads_mut().set_frequency(*omega);
+    let period = closure.period(*omega);
+    let Some(at) = tolerate(image(body, closure, z, period))? else { return Ok(None) };
+    let mut j = Mat::zeros(0, 0);
+    if derive {
+        j = jacobian(body, closure, &at, true)?;
+        // the end moves with the frequency: dT/dω = −T/ω
+        let last = j.ncols() - 1;
+        let rate = at.rate_end();
+        // of a reversible orbit the velocities at half a period
+        let (rows, offset) = if closure == Closure::Reversible { (n, n) } else { (2 * n, 0) };
+        let end = closure.end(period);
+        (0..rows).for_each(|i| j[(i, last)] -= end / omega * rate[offset + i]);
+    }
+    Ok(Some((at.r, j)))
+}
+
 /// How many switches each contact point has in an orbit.
 fn counts(orbit: &Orbit) -> BTreeMap<usize, usize> {
     let mut counts = BTreeMap::new();
@@ -239,7 +249,8 @@ pub(super) struct Crossing {
     behind: Vec<f64>,
 }
 
-type Evaluated = (Vec<f64>, Mat<f64>);
+/// A residual and its derivative.
+pub(super) type Evaluated = (Vec<f64>, Mat<f64>);
 
 impl OrbitFamily for Mapped<'_> {
     /// As it is from the origin of time on.

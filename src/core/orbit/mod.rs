@@ -20,6 +20,7 @@
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`parameter`], [`sensitivity`] — how an orbit changes with a number that the equations depend on;
 //! - [`lyapunov`] — how fast the neighbours of a motion part from it;
+//! - [`condition`], [`values`], [`curve`] — orbits that are singled out (folds, doublings, grazings, peaks) as curves over a number that the equations depend on;
 //! - `highest` — the largest energy of a motion;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
@@ -36,7 +37,10 @@ pub mod branch;
 #[doc(hidden)]
 pub mod census;
 pub mod chain;
+pub mod condition;
 pub mod credentials;
+#[doc(hidden)]
+pub mod curve;
 #[doc(hidden)]
 pub mod cycle;
 pub mod displaced;
@@ -72,6 +76,8 @@ pub mod settle;
 pub mod shooting;
 pub(crate) mod tangent;
 mod touch;
+#[doc(hidden)]
+pub mod values;
 pub mod viscous;
 pub(crate) mod walk;
 
@@ -148,6 +154,9 @@ pub enum OrbitError {
         /// Its bound.
         most: f64,
     },
+    /// There is no such body at a value of a parameter.
+    #[error("at {0}: {1}")]
+    Value(f64, String),
     /// An eigenvalue or singular value problem failed.
     #[error("the {0} could not be computed")]
     Eigen(&'static str),
@@ -158,7 +167,10 @@ impl OrbitError {
     pub(crate) fn is_of_one_motion(&self) -> bool {
         matches!(
             self,
-            OrbitError::Incomplete(_) | OrbitError::Held { .. } | OrbitError::Feedback { .. }
+            OrbitError::Incomplete(_)
+                | OrbitError::Held { .. }
+                | OrbitError::Feedback { .. }
+                | OrbitError::Value(..)
         )
     }
 }

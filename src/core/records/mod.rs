@@ -8,6 +8,7 @@ mod attractor;
 #[doc(hidden)]
 pub mod bits;
 mod check;
+mod curve;
 mod lyapunov;
 mod orbit;
 mod point;
@@ -18,6 +19,7 @@ mod special;
 
 pub use attractor::{AttractorKind, AttractorRecord};
 pub use check::{CheckRow, VerdictKind};
+pub use curve::{Curve, CurveOf, CurvePoint, CurvePointKind, Curves};
 pub use lyapunov::LyapunovRecord;
 pub(crate) use lyapunov::mean_with_error;
 pub use orbit::{FrictionRecord, OrbitRecord, ViscousRecord};

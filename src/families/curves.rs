@@ -1,0 +1,343 @@
+//! Curves of folds, doublings, Neimark–Sacker points, grazings and peaks over a number of the scene: from those of a response on.
+
+use std::collections::BTreeMap;
+
+use super::FamilyError;
+use super::follow::{BranchTask, response};
+use super::known::Known;
+use super::parameters::{of_equations, without_start};
+use crate::contact::{State, System};
+use crate::continuation::{Go, Options};
+use crate::orbit::along::Start as From;
+use crate::orbit::curve::{self, Point};
+use crate::orbit::{Closure, Orbit, OrbitError, Propagator};
+use crate::problem::{Problem, ProblemError};
+use crate::records::{
+    Bifurcation, Branch, Curve, CurveOf, CurvePoint, CurvePointKind, Curves, PointKind,
+    PointRecord, summits,
+};
+use crate::scenario::{Issue, Scene};
+
+/// An orbit near which a curve is looked for.
+#[derive(Debug, Clone)]
+pub struct Start {
+    omega: f64,
+    state: State,
+    /// Periods of the loads in it.
+    periods: usize,
+    /// What grazes.
+    contact: Option<usize>,
+    amplitude: f64,
+}
+
+/// What is looked for.
+#[derive(Debug, Clone)]
+pub struct Asked<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What is singled out.
+    pub of: CurveOf,
+    /// Key of the number.
+    pub key: &'a str,
+    /// Its range.
+    pub range: (f64, f64),
+    /// Frequencies beyond which curves are not followed.
+    pub frequencies: (f64, f64),
+    /// Largest step of arclength.
+    pub step: f64,
+    /// Most points on either side of a start.
+    pub points: usize,
+}
+
+/// The value of the number in the scene, if the equations depend on it and it lies within the range.
+pub fn value(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<f64, ProblemError> {
+    let value = of_equations(scene, key)?;
+    if !(low..=high).contains(&value) {
+        let message = format!("is {value} in the scene: curves begin there, and that is outside of {low} to {high}");
+        let help = "give a range around it, or a scene with another value";
+        return Err(scene.error(Issue::new(key, message, help)).into());
+    }
+    Ok(value)
+}
+
+/// The orbits of a response, followed in a range, that are singled out.
+pub fn of_response(
+    body: &mut Propagator,
+    (of, range, step): (CurveOf, (f64, f64), f64),
+    first: impl FnOnce(&mut Propagator) -> Result<Result<From, String>, FamilyError>,
+    mut go_on: impl FnMut(f64) -> Go,
+) -> Result<Vec<Start>, FamilyError> {
+    let known = Known::default();
+    // folds and grazings are located anyway
+    let locate = matches!(of, CurveOf::Doubling | CurveOf::Torus);
+    let options =
+        Options { range, step: (0.2 * step, 1e-9, step), points: 5000, locate, natural: false };
+    let task = BranchTask { index: 0, known: &known, options: &options, points_suffice: true };
+    let mut found = vec![];
+    let mut take = |point: PointRecord| {
+        let go = go_on(point.omega);
+        found.push(point);
+        go
+    };
+    let end = response(body, task, first, &mut take)?;
+    if found.is_empty() {
+        return Err(FamilyError::NoStart { omega: range.0 });
+    }
+    let _ = end;
+    Ok(starts(&body.system, of, &found, 1))
+}
+
+/// The orbits of a family that are singled out: of the branches of orbits.
+pub fn of_family<'p>(
+    system: &System,
+    of: CurveOf,
+    branches: impl Iterator<Item = (&'p Branch, Vec<&'p PointRecord>)>,
+) -> Vec<Start> {
+    let mut all = vec![];
+    for (branch, points) in branches {
+        let periods = match branch {
+            Branch::Response { series: None, .. } => 1,
+            Branch::Doubled { .. } => 2,
+            Branch::Through { periods, .. } => *periods,
+            _ => continue,
+        };
+        let points: Vec<PointRecord> = points.into_iter().cloned().collect();
+        all.extend(starts(system, of, &points, periods));
+    }
+    all
+}
+
+/// Those among the points of a branch.
+fn starts(system: &System, of: CurveOf, points: &[PointRecord], periods: usize) -> Vec<Start> {
+    let n_o = system.body.nodal_dofs().n_o;
+    let begin = |p: &PointRecord, contact: Option<usize>| -> Option<Start> {
+        let orbit = p.orbit.as_ref()?;
+        let of = |x: &[f64]| system.body.coordinates(&x[..n_o]).into_owned();
+        let state = State { u: of(&orbit.u0), v: of(&orbit.v0) };
+        Some(Start { omega: p.omega, state, periods, contact, amplitude: orbit.amplitude })
+    };
+    if of == CurveOf::Peak {
+        let with = points.iter().filter(|p| p.orbit.is_some());
+        let with: Vec<&PointRecord> = with.collect();
+        let row = with.iter().filter_map(|p| {
+            let orbit = p.orbit.as_ref()?;
+            Some([p.omega, orbit.amplitude, orbit.energy])
+        });
+        let tops = summits(0, row.collect());
+        return tops.into_iter().filter_map(|(_, around)| begin(with[around[1]], None)).collect();
+    }
+    if of == CurveOf::Grazing {
+        return grazings(system, points, &begin);
+    }
+    let mut all = vec![];
+    for (k, p) in points.iter().enumerate() {
+        let is_one = match (&p.special, of) {
+            (PointKind::Fold, CurveOf::Fold) => true,
+            (PointKind::Stability(change), CurveOf::Doubling) => {
+                change.how == Bifurcation::PeriodDoubling
+            }
+            (PointKind::Stability(change), CurveOf::Torus) => {
+                change.how == Bifurcation::NeimarkSacker
+            }
+            _ => false,
+        };
+        if !is_one {
+            continue;
+        }
+        // the orbit itself, or the nearest one that there is
+        let near = points[..k].iter().rev().chain(&points[k + 1..]);
+        all.extend(begin(p, None).or_else(|| near.clone().find_map(|p| begin(p, None))));
+    }
+    all
+}
+
+/// Where the number of switches of a contact point changes from one orbit of a branch to the next: the one of both that comes nearer to grazing.
+fn grazings(
+    system: &System,
+    points: &[PointRecord],
+    begin: &dyn Fn(&PointRecord, Option<usize>) -> Option<Start>,
+) -> Vec<Start> {
+    let with: Vec<&PointRecord> = points.iter().filter(|p| p.orbit.is_some()).collect();
+    let counts = |p: &PointRecord| {
+        let mut counts = BTreeMap::<usize, usize>::new();
+        let switches = p.orbit.iter().flat_map(|o| &o.switches);
+        switches.for_each(|s| *counts.entry(s.1).or_default() += 1);
+        counts
+    };
+    let mut all = vec![];
+    for two in with.windows(2).filter(|two| !two[1].special.is_another_motion()) {
+        let (before, behind) = (counts(two[0]), counts(two[1]));
+        let changed = |node: usize| before.get(&node) != behind.get(&node);
+        let nearer = |p: &PointRecord| p.orbit.as_ref().map_or(f64::INFINITY, |o| o.grazing);
+        let near = if nearer(two[0]) < nearer(two[1]) { two[0] } else { two[1] };
+        let of_node = |c: &(usize, _)| changed(c.1);
+        let points = system.constraints.iter().map(|c| c.node).enumerate();
+        let contacts: Vec<usize> = points.filter(of_node).map(|c| c.0).collect();
+        all.extend(contacts.into_iter().filter_map(|contact| begin(near, Some(contact))));
+    }
+    all
+}
+
+/// Two orbits are one where frequencies and amplitudes differ by less than this part of the step between points of a curve.
+const SAME: f64 = 0.1;
+/// The same beyond all steps, relative.
+const NEAR: f64 = 1e-7;
+/// A curve comes back to its start behind so many points.
+const BACK: usize = 8;
+
+/// A point as it is compared: frequency, value, amplitude, over their sizes.
+fn glimpse(omega: f64, value: f64, amplitude: f64, unit: f64) -> [f64; 3] {
+    [omega.ln(), value / unit, amplitude.max(f64::MIN_POSITIVE).ln()]
+}
+
+/// Whether a point lies on the way from one to another.
+fn is_between(a: [f64; 3], b: [f64; 3], p: [f64; 3]) -> bool {
+    let minus = |x: [f64; 3], y: [f64; 3]| [x[0] - y[0], x[1] - y[1], x[2] - y[2]];
+    let dot = |x: [f64; 3], y: [f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+    let (way, to) = (minus(b, a), minus(p, a));
+    let length = dot(way, way);
+    if length == 0.0 {
+        return false;
+    }
+    let s = dot(way, to) / length;
+    let off = minus(to, way.map(|w| s * w));
+    (-1e-9..=1.0 + 1e-9).contains(&s) && dot(off, off).sqrt() <= SAME * length.sqrt() + NEAR
+}
+
+/// Follow the curves through the starts; `go_on` is told of every point. Curves that come through another start are followed once.
+pub fn follow(
+    asked: &Asked,
+    starts: &[Start],
+    mut go_on: impl FnMut(usize, &Point) -> Go,
+) -> Result<Curves, FamilyError> {
+    let Asked { scene, of, key, range, frequencies, .. } = *asked;
+    let value = scene.number(key).map_err(|e| OrbitError::Value(f64::NAN, e.to_string()))?;
+    let unit = range.0.abs().max(range.1.abs());
+    let mut curves = Curves {
+        of,
+        key: key.into(),
+        range: range.into(),
+        frequencies: frequencies.into(),
+        all: vec![],
+        lost: vec![],
+    };
+    let still = without_start(scene).map_err(|e| OrbitError::Value(value, e.to_string()))?;
+    let mut make = |value: f64| -> Result<System, OrbitError> {
+        let refused = |text: String| OrbitError::Value(value, text.replace('\n', " "));
+        let changed = still.with_number(key, value).map_err(|e| refused(e.to_string()))?;
+        Ok(Problem::new(&changed, None).map_err(|e| refused(e.to_string()))?.system)
+    };
+    let mut stopped = false;
+    for (k, start) in starts.iter().enumerate() {
+        let here = glimpse(start.omega, value, start.amplitude, unit);
+        let is_known = curves.all.iter().filter(|c| c.periods == start.periods).any(|c| {
+            let all = c.points.iter().map(|p| glimpse(p.omega, p.value, p.amplitude, unit));
+            let all: Vec<[f64; 3]> = all.collect();
+            all.windows(2).any(|two| is_between(two[0], two[1], here))
+        });
+        if is_known || stopped {
+            continue;
+        }
+        let closure = Closure::Forced(start.periods);
+        let mut walk = curve::Curve::new(&mut make, (closure, of), (value, unit))?;
+        let near = walk.near((&start.state, start.omega), value, start.contact)?;
+        let Some(x) = near else {
+            let text = format!("no {} is found near omega = {:.8}", of.word(), start.omega);
+            curves.lost.push(text);
+            continue;
+        };
+        let step = (0.2 * asked.step, 1e-7, asked.step);
+        let options = Options { range, step, points: asked.points, locate: false, natural: false };
+        let mut sides: [(Vec<CurvePoint>, String); 2] = Default::default();
+        let (mut closed, mut contact, mut system) = (false, None, None);
+        for (side, direction) in [1.0, -1.0].into_iter().enumerate() {
+            if closed || stopped {
+                break;
+            }
+            let mut found: Vec<(Point, [f64; 3])> = vec![];
+            let why = walk.follow(&x, direction, &options, frequencies, |point| {
+                let there =
+                    glimpse(point.omega, point.value, point.orbit.amplitude, unit);
+                let first = found.first().map(|(_, first)| *first);
+                let last = found.last().map(|(_, last)| *last);
+                if let (Some(first), Some(last)) = (first, last)
+                    && found.len() > BACK
+                    && is_between(last, there, first)
+                {
+                    closed = true;
+                    return Go::Break(());
+                }
+                stopped = go_on(k, &point).is_break();
+                found.push((point, there));
+                if stopped { Go::Break(()) } else { Go::Continue(()) }
+            })?;
+            let why = match (closed, stopped) {
+                (true, _) => "comes back to its start".to_owned(),
+                (_, true) => "interrupted".to_owned(),
+                _ => why,
+            };
+            contact = found.first().and_then(|(p, _)| p.contact);
+            let mut points = vec![];
+            for (point, _) in &found {
+                let body = walk.body(point.value)?;
+                points.push(record(of, body, point)?);
+                system.get_or_insert_with(|| body.system.clone());
+            }
+            sides[side] = (points, why);
+        }
+        let [(up, above), (down, below)] = sides;
+        // from one end to the other, the start once
+        let mut points: Vec<CurvePoint> = down.into_iter().skip(1).rev().collect();
+        points.extend(up);
+        let below = if closed { above.clone() } else { below };
+        let node = contact.zip(system).map(|(point, s)| s.constraints[point].node);
+        curves.all.push(Curve { periods: start.periods, node, points, ends: [below, above], closed });
+    }
+    Ok(curves)
+}
+
+/// A point as a file keeps it.
+fn record(of: CurveOf, body: &Propagator, point: &Point) -> Result<CurvePoint, OrbitError> {
+    let Point { omega, value, theta, kind, orbit, .. } = point;
+    let (u0, v0) = orbit.state.full(&body.system)?;
+    let nodal = |x: &[f64]| body.system.body.nodal(x).into_owned();
+    Ok(CurvePoint {
+        omega: *omega,
+        value: *value,
+        theta: *theta,
+        kind: *kind,
+        amplitude: orbit.amplitude,
+        energy: orbit.energy,
+        outside: outside(of, orbit),
+        u0: nodal(&u0),
+        v0: nodal(&v0),
+    })
+}
+
+/// A multiplier that differs by less from what a curve is of is one that singles the orbit out.
+const ON: f64 = 1e-5;
+
+/// Multipliers outside of the unit circle.
+fn outside(of: CurveOf, orbit: &Orbit) -> Option<usize> {
+    let stability = orbit.stability.as_ref()?;
+    let on = |m: &(f64, f64)| match of {
+        CurveOf::Fold => (m.0 - 1.0).hypot(m.1) < ON,
+        CurveOf::Doubling => (m.0 + 1.0).hypot(m.1) < ON,
+        CurveOf::Torus => m.1 != 0.0 && (m.0.hypot(m.1) - 1.0).abs() < ON,
+        CurveOf::Peak | CurveOf::Grazing => false,
+    };
+    let outside = |m: &&(f64, f64)| m.0.hypot(m.1) > 1.0 && !on(m);
+    Some(stability.multipliers.iter().filter(outside).count())
+}
+
+impl Start {
+    /// Its frequency.
+    pub fn omega(&self) -> f64 {
+        self.omega
+    }
+}
+
+/// Whether a point is worth a word.
+pub fn is_special(point: &CurvePoint) -> bool {
+    !matches!(point.kind, CurvePointKind::Regular | CurvePointKind::Start)
+}
