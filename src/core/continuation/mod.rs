@@ -99,6 +99,10 @@ pub trait Family {
     ) -> Result<Judgement<Self::Border>, Self::Error> {
         Ok(Judgement::Along)
     }
+    /// The second derivative of the branch by arclength at a point where the next step begins, if it is known: steps are then predicted along a parabola.
+    fn bend(&self, _x: &[f64]) -> Option<&[f64]> {
+        None
+    }
     /// Numbers that stay the same between bifurcations: of real multipliers above one, of real ones below minus one, of
     /// complex ones outside the unit circle. Empty where stability is not asked for.
     fn signature(&mut self, _x: &[f64]) -> Result<Vec<i64>, Self::Error> {

@@ -20,7 +20,7 @@ use super::values::{Bodies, Make};
 use super::{OrbitError, tolerate};
 use crate::contact::State;
 use crate::continuation::{
-    Family, Go, Options, Place, Special, Stop, Units, correct, follow, norm, tangent,
+    Family, Go, Judgement, Options, Place, Special, Stop, Units, correct, follow, norm, tangent,
 };
 use crate::records::{CurveOf, CurvePointKind};
 
@@ -47,7 +47,8 @@ pub struct Curve<'a> {
     ghost: Option<(Candidate, Chain)>,
     /// The unit of the parameter.
     unit: f64,
-    section: f64,
+    /// The second derivative of the curve at a point.
+    bend: Option<(Vec<f64>, Vec<f64>)>,
 }
 
 /// A residual and what `g` is made of, at one value of the parameter.
@@ -71,8 +72,7 @@ impl<'a> Curve<'a> {
         if of == CurveOf::Grazing && bodies.frame.system.impact().is_some() {
             return Err(OrbitError::Parameter("velocities that jump graze in another way"));
         }
-        let (borders, ghost) = (None, None);
-        Ok(Curve { bodies, closure, of, borders, ghost, unit, section: 0.0 })
+        Ok(Curve { bodies, closure, of, borders: None, ghost: None, unit, bend: None })
     }
 
     /// Number of unknowns of the orbit: its state, and times of switches.
@@ -350,7 +350,6 @@ impl<'a> Curve<'a> {
                 x[i] = here[i];
                 towards[i] = (after[i] - before[i]) / (2.0 * ALONG);
             }
-            self.section = at;
             self.bodies.set_section(at);
             self.borders = None;
         }
@@ -601,6 +600,24 @@ impl Family for Curve<'_> {
         weights.extend(vec![1.0; self.of.unknowns()]);
         weights.push(1.0 / (of_value * of_value));
         weights
+    }
+
+    fn judge(
+        &mut self,
+        from: &Place<Chain>,
+        x: &[f64],
+        tangent: &[f64],
+    ) -> Result<Judgement<Border>, OrbitError> {
+        let weights = self.weights(&from.x);
+        let way = from.x.iter().zip(x).zip(&weights).map(|((a, b), w)| w * (b - a).powi(2));
+        let length = way.sum::<f64>().sqrt();
+        let bend = tangent.iter().zip(&from.tangent).map(|(b, a)| (b - a) / length).collect();
+        self.bend = Some((x.to_vec(), bend));
+        Ok(Judgement::Along)
+    }
+
+    fn bend(&self, x: &[f64]) -> Option<&[f64]> {
+        self.bend.as_ref().filter(|(at, _)| at == x).map(|(_, bend)| &bend[..])
     }
 
     fn chart(&self) -> Chain {

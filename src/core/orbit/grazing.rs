@@ -180,7 +180,8 @@ pub(super) fn bare(
     });
     candidates.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let Some(nearest) = candidates.first() else { return Ok(None) };
-    let is_with = |c: &&Candidate| c.distance - nearest.distance <= TOGETHER * nearest.distance;
+    let is_with =
+        |c: &&Candidate| c.distance - nearest.distance <= TOGETHER * nearest.distance.abs();
     let group: Vec<Candidate> = candidates.iter().take_while(is_with).cloned().collect();
     let x = search.without(&x, &group);
     Ok(Some((group[0].clone(), search.family.chart(), x)))

@@ -196,7 +196,10 @@ impl<F: Family, T: FnMut(&mut F, PointOf<F>) -> Go> Walker<'_, F, T> {
     /// The branch at arclength `s` from the present point.
     fn at(&mut self, s: f64) -> Result<Option<Step>, F::Error> {
         let Place { x, tangent: t, .. } = &self.place;
-        let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
+        let mut predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
+        if let Some(bend) = self.family.bend(x) {
+            predicted.iter_mut().zip(bend).for_each(|(x, b)| *x += 0.5 * s * s * b);
+        }
         let mut c: Vec<f64> = if self.options.natural {
             vec![0.0; x.len()]
         } else {
