@@ -16,6 +16,7 @@ mod combinations;
 mod command_line;
 mod compare;
 mod coupled;
+mod curves;
 mod discretisations;
 mod docs;
 mod dynamic_balance;

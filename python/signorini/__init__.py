@@ -10,13 +10,15 @@ have the names of the JSON keys of the command line, arrays as NumPy arrays; ``o
 are values; bad input is a ``SceneError`` with file, line and key. Units are those of the scene.
 """
 
-from ._commands import backbone, compare, crosscheck, modes, orbit, orbits, response, run
+from ._commands import backbone, compare, crosscheck, curve, modes, orbit, orbits, response, run
 from ._errors import FileError, NumericsError, SceneError, SignoriniError
 from ._files import Group
 from ._mesh import Mesh
 from ._results import (
     Comparison,
     Crosscheck,
+    Curve,
+    Curves,
     Family,
     Modes,
     Orbit,
@@ -33,6 +35,8 @@ from ._signorini import __version__
 __all__ = [
     "Comparison",
     "Crosscheck",
+    "Curve",
+    "Curves",
     "Family",
     "FileError",
     "Group",
@@ -52,6 +56,7 @@ __all__ = [
     "backbone",
     "compare",
     "crosscheck",
+    "curve",
     "modes",
     "open",
     "orbit",

@@ -19,7 +19,7 @@ from . import _signorini
 from ._errors import SceneError
 from ._files import Store, scratch
 from ._progress import Progress, Shown
-from ._results import Comparison, Crosscheck, Family, Modes, Orbit, OrbitFound, Result, Run, Verdict, load
+from ._results import Comparison, Crosscheck, Curves, Family, Modes, Orbit, OrbitFound, Result, Run, Verdict, load
 from ._scene import Scene, ScenePath, as_scene
 
 AnyScene = Union[Scene, ScenePath, Mapping[str, Any]]
@@ -329,6 +329,44 @@ def response(
     options |= {"step": step, "doublings": doublings, "sweep": sweep, "dwell": dwell, "through": through}
     options |= {"resume": resume, "force": force}
     result = _result(*_to_file("response", scene, output, options, progress))
+    del held
+    return result
+
+
+def curve(
+    scene: AnyScene,
+    of: str,
+    over: Mapping[str, tuple[float, float]],
+    output: Output = None,
+    *,
+    range: tuple[float, float] | None = None,
+    response: Output | Family = None,
+    ratio: float | None = None,
+    step: float | None = None,
+    points: int | None = None,
+    force: bool = False,
+    progress: Progress = None,
+) -> Curves:
+    """Where folds, period doublings, Neimark-Sacker points, grazings or peaks of a forced response lie over a number of its scene.
+
+    Args:
+        of: "fold", "doubling", "torus", "grazing" or "peak".
+        over: the key of the number, and its range: ``{"load[0].amplitude": (0.5, 2)}``. Curves begin at its value in the scene.
+        range: lowest and highest circular frequency [default: ``range`` of ``[orbit]``].
+        response: a response of this scene (object or file) in which curves begin [default: one that is followed first].
+        ratio: damping ratio [default: that of the scene].
+        step, points: largest step of arclength, most points on either side of a start.
+        output, force, progress: as for ``run``.
+    """
+    held = response
+    if isinstance(response, Result):
+        response = response.path
+    if len(over) != 1:
+        raise SceneError("over: give one key with its range: {'contact.gap': (0.5, 2)}")
+    [(key, ends)] = over.items()
+    options = {"of": of, "over": f"{key}={_list(ends)}", "range": range, "response": response, "ratio": ratio}
+    options |= {"step": step, "points": points, "force": force}
+    result = _result(*_to_file("curve", scene, output, options, progress))
     del held
     return result
 

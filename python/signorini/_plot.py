@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._results import Comparison, Crosscheck, Family, Orbit, Result, Run
+from ._results import Comparison, Crosscheck, Curves, Family, Orbit, Result, Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,8 @@ def draw(result: Result, **options: Any) -> Figure:
             self.savefig(image, format="png", dpi=110)
             return image.getvalue()
 
-    for kind, of in [(Comparison, _comparison), (Crosscheck, _crosscheck), (Family, _family), (Orbit, _orbit), (Run, _run)]:
+    drawn = [(Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Family, _family), (Orbit, _orbit), (Run, _run)]
+    for kind, of in drawn:
         if isinstance(result, kind):
             return of(Shown, result, **options)
     raise TypeError(f"no figure of {type(result).__name__}")
@@ -42,6 +43,22 @@ def _clean(axes: Axes, x: str, y: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def _curves(figure: type[Figure], curves: Curves) -> Figure:
+    shown = figure(figsize=(7, 5), layout="constrained")
+    plane, heights = shown.subplots(2, 1, height_ratios=[3, 2])
+    for k, curve in enumerate(curves):
+        colour = COLOURS[k % len(COLOURS)]
+        rows = np.r_[0 : len(curve), 0] if curve.closed else np.arange(len(curve))
+        for axes, x, y in [(plane, curve.omega, curve.value), (heights, curve.value, curve.amplitude)]:
+            axes.plot(x[rows], y[rows], color=colour)
+            cusps = np.array([word == "cusp" for word in curve.special])
+            axes.plot(x[cusps], y[cusps], "o", color=colour)
+    _clean(plane, "frequency", curves.key)
+    _clean(heights, curves.key, "largest contact displacement")
+    plane.set_title(f"{curves.title}: {curves.of}", loc="left")
+    return shown
 
 
 def _name(r: Run, i: int) -> str:

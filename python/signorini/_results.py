@@ -713,6 +713,74 @@ class Crosscheck(Family):
 
 
 
+class Curve(Group):
+    """A curve of orbits that are singled out, its points in their order.
+
+    ``omega``, ``value`` (the number of the scene), ``theta`` (angle of the multipliers of a Neimark-Sacker point, else not a number), ``amplitude``, ``energy``,
+    ``outside`` (multipliers outside of the unit circle besides), ``special`` ("", "start", "cusp", "turn", "end of range") [p]; ``u0``, ``v0`` [p, N];
+    ``periods``, ``ends`` (in words, on both sides), and for grazings ``node``.
+    """
+
+    @property
+    def periods(self) -> int:
+        """Periods of the loads in one of the orbits."""
+        return int(self["periods"])
+
+    @property
+    def node(self) -> int | None:
+        """Mesh node that grazes."""
+        return None if "node" not in self else int(self["node"])
+
+    @property
+    def closed(self) -> bool:
+        """Whether it comes back to its start."""
+        return bool(self["closed"])
+
+    def __len__(self) -> int:
+        return len(self["omega"])
+
+    def __repr__(self) -> str:
+        return f"<Curve of {len(self)} points{', closed' if self.closed else ''}>"
+
+
+class Curves(Result):
+    """Folds, period doublings, Neimark-Sacker points, grazings or peaks of a response over a number of its scene.
+
+    Attributes:
+        of: "fold", "doubling", "torus", "grazing" or "peak".
+        key: key of the number in the scene; ``range``, its range; ``frequencies``, that of the circular frequencies.
+
+    ``curves[k]`` is a ``Curve``; ``for curve in curves`` goes through all.
+    """
+
+    of: str
+    key: str
+    range: np.ndarray
+    frequencies: np.ndarray
+    wall_s: float
+    lost: list[str]
+
+    def _groups(self) -> list[str]:
+        return ["curves"]
+
+    def __len__(self) -> int:
+        return sum(name.isdecimal() for name in self["curves"].keys())
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, (int, np.integer)):
+            k = int(key) + (len(self) if key < 0 else 0)
+            if not 0 <= k < len(self):
+                raise IndexError(f"curve {key} of {len(self)}")
+            return Curve(self._store, f"curves/{k}")
+        return super().__getitem__(key)
+
+    def __iter__(self) -> Iterator[Curve]:
+        return (self[k] for k in range(len(self)))
+
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}, {len(self)} curves of {self.of} over {self.key}"
+
+
 class Comparison(Result):
     """Contact methods, meshes and parameters side by side, one row each; its columns by name [rows].
 
@@ -765,7 +833,7 @@ class Modes:
         return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"
 
 
-AnyResult = Union[Run, Orbit, Family, Crosscheck, Comparison]
+AnyResult = Union[Run, Orbit, Family, Crosscheck, Curves, Comparison]
 
 
 def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
@@ -773,6 +841,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
     names = dict(_signorini.entries(fspath(store.path), ""))
     kinds: list[tuple[str, type]] = [
         ("comparison", Comparison),
+        ("curves", Curves),
         ("crosscheck", Crosscheck),
         ("backbone", Family),
         ("orbit", Orbit),
@@ -785,7 +854,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
 
 
 def open(path: str | PathLike[str]) -> AnyResult:
-    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck`` or ``Comparison``.
+    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Curves`` or ``Comparison``.
 
     Raises:
         FileNotFoundError: there is none.

@@ -8,8 +8,8 @@ use signorini::records::{Way, fingerprint};
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
-use super::{CliError, load};
 use super::ratios::with_ratios;
+use super::{CliError, load};
 
 fn refuse<T>(response: &StoredFamily, why: &str) -> Result<T, CliError> {
     Err(CliError::Input(format!("{}: {why}", response.path.display())))

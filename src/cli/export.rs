@@ -97,22 +97,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         let message = format!("{}: no such folder; create it first", folder.display());
         return Err(CliError::Input(message));
     }
-    let (written, states) =
-        if matches!(
-            content(&arguments.file)?,
-            Content::Family | Content::Comparison | Content::Curves
-        ) {
-            (table(arguments, &outputs, &stem)?, None)
-        } else {
-            let stored = Stored::read(&arguments.file)?;
-            let plan = Plan::new(&stored, arguments.format.into(), selection, &stem)?
-                .with_nodes(&arguments.nodes)?
-                .with_places(&places(arguments)?)?;
-            // a folder of its own is made where there is none
-            let there = plan.targets().into_iter().filter(|path| path.exists());
-            there.into_iter().try_for_each(|path| outputs.check_derived(&path))?;
-            (plan.write()?, Some(plan.states()))
-        };
+    let (written, states) = if matches!(
+        content(&arguments.file)?,
+        Content::Family | Content::Comparison | Content::Curves
+    ) {
+        (table(arguments, &outputs, &stem)?, None)
+    } else {
+        let stored = Stored::read(&arguments.file)?;
+        let plan = Plan::new(&stored, arguments.format.into(), selection, &stem)?
+            .with_nodes(&arguments.nodes)?
+            .with_places(&places(arguments)?)?;
+        // a folder of its own is made where there is none
+        let there = plan.targets().into_iter().filter(|path| path.exists());
+        there.into_iter().try_for_each(|path| outputs.check_derived(&path))?;
+        (plan.write()?, Some(plan.states()))
+    };
     let names = |paths: &[PathBuf]| -> Vec<String> {
         paths.iter().map(|p| p.display().to_string()).collect()
     };

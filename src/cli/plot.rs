@@ -12,8 +12,8 @@ use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
 use signorini::report::plane;
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, beside, content, read_comparison, read_crosscheck, read_curves,
-    read_stored_orbit, read_switch_rates,
+    Content, Outputs, Stored, StoredFamily, beside, content, read_comparison, read_crosscheck,
+    read_curves, read_stored_orbit, read_switch_rates,
 };
 
 use super::{Answer, CliError, Global, view};

@@ -14,8 +14,8 @@ use signorini::report::page::{self, View};
 use signorini::report::plane;
 use signorini::scenario::Scene;
 use signorini::store::{
-    Content, Outputs, Raw, Stored, StoredFamily, attributes, content, read_comparison,
-    read_curves, read_stored_orbit, replace,
+    Content, Outputs, Raw, Stored, StoredFamily, attributes, content, read_comparison, read_curves,
+    read_stored_orbit, replace,
 };
 
 use super::progress::Bar;

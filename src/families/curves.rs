@@ -1,6 +1,7 @@
 //! Curves of folds, doublings, Neimark–Sacker points, grazings and peaks over a number of the scene: from those of a response on.
 
 use std::collections::BTreeMap;
+use std::iter;
 
 use super::FamilyError;
 use super::follow::{BranchTask, response};
@@ -21,8 +22,8 @@ use crate::scenario::{Issue, Scene};
 /// An orbit near which a curve is looked for.
 #[derive(Debug, Clone)]
 pub struct Start {
-    omega: f64,
-    state: State,
+    /// The orbit, and those beside it on its branch: frequency and state.
+    near: Vec<(f64, State)>,
     /// Periods of the loads in it.
     periods: usize,
     /// What grazes.
@@ -53,7 +54,9 @@ pub struct Asked<'a> {
 pub fn value(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<f64, ProblemError> {
     let value = of_equations(scene, key)?;
     if !(low..=high).contains(&value) {
-        let message = format!("is {value} in the scene: curves begin there, and that is outside of {low} to {high}");
+        let message = format!(
+            "is {value} in the scene: curves begin there, and that is outside of {low} to {high}"
+        );
         let help = "give a range around it, or a scene with another value";
         return Err(scene.error(Issue::new(key, message, help)).into());
     }
@@ -79,11 +82,10 @@ pub fn of_response(
         found.push(point);
         go
     };
-    let end = response(body, task, first, &mut take)?;
+    response(body, task, first, &mut take)?;
     if found.is_empty() {
         return Err(FamilyError::NoStart { omega: range.0 });
     }
-    let _ = end;
     Ok(starts(&body.system, of, &found, 1))
 }
 
@@ -114,7 +116,7 @@ fn starts(system: &System, of: CurveOf, points: &[PointRecord], periods: usize) 
         let orbit = p.orbit.as_ref()?;
         let of = |x: &[f64]| system.body.coordinates(&x[..n_o]).into_owned();
         let state = State { u: of(&orbit.u0), v: of(&orbit.v0) };
-        Some(Start { omega: p.omega, state, periods, contact, amplitude: orbit.amplitude })
+        Some(Start { near: vec![(p.omega, state)], periods, contact, amplitude: orbit.amplitude })
     };
     if of == CurveOf::Peak {
         let with = points.iter().filter(|p| p.orbit.is_some());
@@ -144,9 +146,14 @@ fn starts(system: &System, of: CurveOf, points: &[PointRecord], periods: usize) 
         if !is_one {
             continue;
         }
-        // the orbit itself, or the nearest one that there is
-        let near = points[..k].iter().rev().chain(&points[k + 1..]);
-        all.extend(begin(p, None).or_else(|| near.clone().find_map(|p| begin(p, None))));
+        // the orbit itself, where it is one, and those on both sides
+        let beside = [points[..k].iter().next_back(), points.get(k + 1)];
+        let mut all_near =
+            iter::once(Some(p)).chain(beside).flatten().filter_map(|p| begin(p, None));
+        if let Some(mut start) = all_near.next() {
+            start.near.extend(all_near.flat_map(|s| s.near));
+            all.push(start);
+        }
     }
     all
 }
@@ -229,7 +236,7 @@ pub fn follow(
     };
     let mut stopped = false;
     for (k, start) in starts.iter().enumerate() {
-        let here = glimpse(start.omega, value, start.amplitude, unit);
+        let here = glimpse(start.omega(), value, start.amplitude, unit);
         let is_known = curves.all.iter().filter(|c| c.periods == start.periods).any(|c| {
             let all = c.points.iter().map(|p| glimpse(p.omega, p.value, p.amplitude, unit));
             let all: Vec<[f64; 3]> = all.collect();
@@ -240,12 +247,21 @@ pub fn follow(
         }
         let closure = Closure::Forced(start.periods);
         let mut walk = curve::Curve::new(&mut make, (closure, of), (value, unit))?;
-        let near = walk.near((&start.state, start.omega), value, start.contact)?;
-        let Some(x) = near else {
-            let text = format!("no {} is found near omega = {:.8}", of.word(), start.omega);
+        let mut point = None;
+        for (omega, state) in &start.near {
+            if point.is_none() {
+                point = walk.near((state, *omega), value, start.contact)?;
+            }
+        }
+        let Some(x) = point else {
+            let text = format!("no {} is found near omega = {:.8}", of.word(), start.omega());
             curves.lost.push(text);
             continue;
         };
+        if walk.is_repeated(&x)? {
+            // a branch of fewer periods has it
+            continue;
+        }
         let step = (0.2 * asked.step, 1e-7, asked.step);
         let options = Options { range, step, points: asked.points, locate: false, natural: false };
         let mut sides: [(Vec<CurvePoint>, String); 2] = Default::default();
@@ -256,8 +272,7 @@ pub fn follow(
             }
             let mut found: Vec<(Point, [f64; 3])> = vec![];
             let why = walk.follow(&x, direction, &options, frequencies, |point| {
-                let there =
-                    glimpse(point.omega, point.value, point.orbit.amplitude, unit);
+                let there = glimpse(point.omega, point.value, point.orbit.amplitude, unit);
                 let first = found.first().map(|(_, first)| *first);
                 let last = found.last().map(|(_, last)| *last);
                 if let (Some(first), Some(last)) = (first, last)
@@ -291,7 +306,13 @@ pub fn follow(
         points.extend(up);
         let below = if closed { above.clone() } else { below };
         let node = contact.zip(system).map(|(point, s)| s.constraints[point].node);
-        curves.all.push(Curve { periods: start.periods, node, points, ends: [below, above], closed });
+        curves.all.push(Curve {
+            periods: start.periods,
+            node,
+            points,
+            ends: [below, above],
+            closed,
+        });
     }
     Ok(curves)
 }
@@ -333,7 +354,7 @@ fn outside(of: CurveOf, orbit: &Orbit) -> Option<usize> {
 impl Start {
     /// Its frequency.
     pub fn omega(&self) -> f64 {
-        self.omega
+        self.near.first().map_or(f64::NAN, |near| near.0)
     }
 }
 

@@ -52,14 +52,14 @@ pub fn picture(files: &[StoredCurves]) -> Result<Sheet<'static>, FigureError> {
     };
     let mut legend: Vec<Entry> =
         kinds.iter().map(|k| entry(name(k.0, k.1), colour(k.0, k.1), Mark::Line)).collect();
-    let has = |kind: CurvePointKind| all.iter().any(|(_, c)| c.points.iter().any(|p| p.kind == kind));
+    let has =
+        |kind: CurvePointKind| all.iter().any(|(_, c)| c.points.iter().any(|p| p.kind == kind));
     let marked = [
         (CurvePointKind::Cusp, "cusp", Mark::Disc),
         (CurvePointKind::Turn, "the number turns back", Mark::Circle),
     ];
-    legend.extend(
-        marked.iter().filter(|m| has(m.0)).map(|(_, name, mark)| entry(*name, INK, *mark)),
-    );
+    legend
+        .extend(marked.iter().filter(|m| has(m.0)).map(|(_, name, mark)| entry(*name, INK, *mark)));
     let chart = |axes: [&str; 2], at: fn(&CurvePoint) -> Point| {
         let points = || all.iter().flat_map(|(_, c)| &c.points).map(at);
         let x = range(points().map(|p| p.0).filter(|x| x.is_finite()));

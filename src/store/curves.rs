@@ -7,8 +7,8 @@ use hdf5::types::VarLenUnicode;
 use super::bodies::words;
 use super::careful::{Careful, open, reading};
 use super::describe::describe;
-use super::mesh::size_of_mesh;
 use super::header::{WriterOptions, create_file};
+use super::mesh::size_of_mesh;
 use super::orbits::{matrix, read_scalar, scalar};
 use super::output::{Staged, check_room};
 use super::{StoreError, read_text, write_text};
@@ -118,7 +118,8 @@ pub fn read_curves(path: &Path) -> Result<StoredCurves, StoreError> {
             curves.all.push(read_curve(&all.group(&k.to_string())?)?);
         }
         let text = |name: &str| read_text(&file, name).unwrap_or_default();
-        let (title, scene, status) = (text("title"), text("scene"), Status::of_name(&text("status")));
+        let (title, scene, status) =
+            (text("title"), text("scene"), Status::of_name(&text("status")));
         Ok(StoredCurves { title, scene, status, curves })
     })
 }

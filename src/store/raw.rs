@@ -94,7 +94,10 @@ pub fn held(path: &Path) -> Result<Vec<Held>, StoreError> {
             // a group a parameter
             None => match h.name.strip_prefix("sensitivity/").and_then(|n| n.rsplit_once('/')) {
                 Some((_, name)) => format!("sensitivity/KEY/{name}"),
-                None => h.name.clone(),
+                None => match h.name.strip_prefix("curves/").and_then(|n| n.rsplit_once('/')) {
+                    Some((_, name)) => format!("curves/K/{name}"),
+                    None => h.name.clone(),
+                },
             },
         };
         for h in all.iter_mut().filter(|h| h.description.is_empty()) {

@@ -11,8 +11,8 @@
 
 use std::f64::consts::PI;
 
-use faer::{Mat, MatRef};
 use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef};
 
 use super::OrbitError;
 use super::floquet::multipliers;
@@ -39,8 +39,7 @@ impl CurveOf {
             CurveOf::Torus => (1.0 - theta.cos(), -theta.sin()),
             _ => (0.0, 0.0),
         };
-        let real =
-            |i: usize, k: usize| x_less_one[(i, k)] + re * f64::from(u8::from(i == k));
+        let real = |i: usize, k: usize| x_less_one[(i, k)] + re * f64::from(u8::from(i == k));
         let imaginary = |i: usize, k: usize| im * f64::from(u8::from(i == k));
         let size = n * self.scalars();
         Mat::from_fn(size, size, |i, k| match (i / n, k / n) {
@@ -87,11 +86,13 @@ impl Borders {
         let failed = |_| OrbitError::Eigen("singular vectors of the monodromy matrix");
         let svd = a.svd().map_err(failed)?;
         let last = a.nrows() - 1;
-        let singular = |m: MatRef<f64>| -> Vec<f64> {
-            (0..a.nrows()).map(|i| m[(i, last)]).collect()
-        };
+        let singular =
+            |m: MatRef<f64>| -> Vec<f64> { (0..a.nrows()).map(|i| m[(i, last)]).collect() };
         let complex = of == CurveOf::Torus;
-        Ok(Borders { b: columns(&singular(svd.U()), complex), c: columns(&singular(svd.V()), complex) })
+        Ok(Borders {
+            b: columns(&singular(svd.U()), complex),
+            c: columns(&singular(svd.V()), complex),
+        })
     }
 
     /// `[A b; cᵀ 0]` or its transpose, and the solution for `(0; 1)`.
@@ -156,7 +157,9 @@ mod tests {
             (3, 2) => s,
             _ => 0.0,
         });
-        let t = Mat::from_fn(4, 4, |i, k| f64::from(u8::from(i == k)) + 0.1 * ((3 * i + k) as f64).sin());
+        let t = Mat::from_fn(4, 4, |i, k| {
+            f64::from(u8::from(i == k)) + 0.1 * ((3 * i + k) as f64).sin()
+        });
         let inverse = t.partial_piv_lu().solve(&Mat::<f64>::identity(4, 4));
         let x = &t * &d * &inverse;
         Mat::from_fn(4, 4, |i, k| x[(i, k)] - f64::from(u8::from(i == k)))

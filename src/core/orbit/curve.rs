@@ -20,7 +20,8 @@ use super::values::{Bodies, Make};
 use super::{OrbitError, tolerate};
 use crate::contact::State;
 use crate::continuation::{
-    Family, Go, Judgement, Options, Place, Special, Stop, Units, correct, follow, norm, tangent,
+    Family, Go, Judgement, Options, Place, Special, Stop, Units, correct, dot, follow, norm,
+    tangent,
 };
 use crate::records::{CurveOf, CurvePointKind};
 
@@ -49,6 +50,16 @@ pub struct Curve<'a> {
     unit: f64,
     /// The second derivative of the curve at a point.
     bend: Option<(Vec<f64>, Vec<f64>)>,
+    /// How the unknowns of the start are read.
+    start: Option<Standing>,
+}
+
+/// How unknowns are read: the section, the borders there, what grazes with the sequence of active sets without it.
+#[derive(Clone)]
+struct Standing {
+    section: f64,
+    borders: Option<Borders>,
+    ghost: Option<(Candidate, Chain)>,
 }
 
 /// A residual and what `g` is made of, at one value of the parameter.
@@ -72,7 +83,7 @@ impl<'a> Curve<'a> {
         if of == CurveOf::Grazing && bodies.frame.system.impact().is_some() {
             return Err(OrbitError::Parameter("velocities that jump graze in another way"));
         }
-        Ok(Curve { bodies, closure, of, borders: None, ghost: None, unit, bend: None })
+        Ok(Curve { bodies, closure, of, borders: None, ghost: None, unit, bend: None, start: None })
     }
 
     /// Number of unknowns of the orbit: its state, and times of switches.
@@ -185,8 +196,7 @@ impl<'a> Curve<'a> {
             up.r.iter().zip(&down.r).map(|(u, d)| (u - d) / (2.0 * width)).collect();
         let entry = |i: usize, k: usize| if k <= m { at.j[(i, k)] } else { by_value[i] };
         // the tangent plane, in units
-        let scaled =
-            Mat::from_fn(m + 2, m, |k, i| entry(i, k) * unit_of(k) / residual);
+        let scaled = Mat::from_fn(m + 2, m, |k, i| entry(i, k) * unit_of(k) / residual);
         let q = scaled.qr().compute_Q();
         let column = |k: usize| -> Vec<f64> { (0..m + 2).map(|i| q[(i, k)]).collect() };
         let plane = apart_from_last([column(m), column(m + 1)]);
@@ -211,7 +221,8 @@ impl<'a> Curve<'a> {
                     (0..=m).map(|k| base[k] + s * step * n[k] * unit_of(k)).collect();
                 let by = step * n[m + 1] * unit;
                 // to the bit the values that were there before
-                let by = if (by.abs() - width).abs() <= 1e-9 * width { width.copysign(by) } else { by };
+                let by =
+                    if (by.abs() - width).abs() <= 1e-9 * width { width.copysign(by) } else { by };
                 let there = value + s * by;
                 let Some(at) = self.linear(&moved, there, true)? else { return Ok(None) };
                 self.scalars((&moved, theta, there), &at)
@@ -260,6 +271,7 @@ impl<'a> Curve<'a> {
         value: f64,
         contact: Option<usize>,
     ) -> Result<Option<Vec<f64>>, OrbitError> {
+        self.stand(Standing { section: 0.0, borders: None, ghost: None });
         let mut base = self.bodies.frame.frame(state);
         base.push(omega);
         if self.of == CurveOf::Grazing {
@@ -280,7 +292,15 @@ impl<'a> Curve<'a> {
         *c.last_mut().unwrap_or(&mut 0.0) = 1.0;
         let Some(found) = correct(self, &x, &c, value)? else { return Ok(None) };
         self.renew(&found.x)?;
+        self.start = Some(self.standing());
         Ok(Some(found.x))
+    }
+
+    /// Whether the orbit of a point is one of fewer periods of the loads, more than once.
+    pub fn is_repeated(&mut self, x: &[f64]) -> Result<bool, OrbitError> {
+        let (base, _, value) = self.parts(x);
+        let base = base.to_vec();
+        Ok(self.orbit((&base, value), false)?.is_some_and(|orbit| orbit.is_repeated()))
     }
 
     /// Borders of the point where the curve is.
@@ -305,8 +325,7 @@ impl<'a> Curve<'a> {
         of_map.push(omega);
         let watched = self.ghost.as_ref().map(|(candidate, _)| candidate);
         let body = &mut self.bodies.at(value)?.body;
-        let Some((candidate, chain, x)) =
-            bare(body, self.closure, &of_map, (contact, watched))?
+        let Some((candidate, chain, x)) = bare(body, self.closure, &of_map, (contact, watched))?
         else {
             return Ok(None);
         };
@@ -316,8 +335,36 @@ impl<'a> Curve<'a> {
         Ok(Some(read))
     }
 
-    /// The same place at a better section of the loads, or in the sequence of switches that the motion has; none where it is as good as it stands.
+    /// The same place at a better section of the loads, or in the sequence of switches that the motion has; none where it is as good as it stands, or nothing better is found.
     fn moved(
+        &mut self,
+        place: &Place<Chain>,
+        orbit: &Orbit,
+    ) -> Result<Option<Place<Chain>>, OrbitError> {
+        let before = self.standing();
+        let moved = tolerate(self.elsewhere(place, orbit))?.flatten();
+        if moved.is_none() {
+            self.stand(before);
+        }
+        Ok(moved)
+    }
+
+    /// How unknowns are read at present.
+    fn standing(&self) -> Standing {
+        let (borders, ghost) = (self.borders.clone(), self.ghost.clone());
+        Standing { section: self.bodies.section(), borders, ghost }
+    }
+
+    /// Read them as before.
+    fn stand(&mut self, as_before: Standing) {
+        let Standing { section, borders, ghost } = as_before;
+        if section != self.bodies.section() {
+            self.bodies.set_section(section);
+        }
+        (self.borders, self.ghost) = (borders, ghost);
+    }
+
+    fn elsewhere(
         &mut self,
         place: &Place<Chain>,
         orbit: &Orbit,
@@ -325,63 +372,49 @@ impl<'a> Curve<'a> {
         let size = 2 * self.bodies.frame.n();
         let (_, _, value) = self.parts(&place.x);
         let section = &self.bodies.at(value)?.section;
-        let better = section.better(orbit);
-        let until = better.map(|at| section.until(at));
+        let better = section.better(orbit).map(|at| (at, section.until(at)));
         let m = self.of_orbit();
-        let behind = place.x[m + 1..].to_vec();
-        let known = self.ghost.clone();
-        let (mut x, mut towards) = (place.x.clone(), place.tangent.clone());
-        if let (Some(at), Some(periods)) = (better, until) {
-            let mut there = |share: f64| -> Result<Option<Vec<f64>>, OrbitError> {
+        let rest = m..place.x.len();
+        let (mut state, mut towards) = (place.x[..size].to_vec(), place.tangent[..size].to_vec());
+        if let Some((at, periods)) = better {
+            let mut there = |share: f64| -> Result<Vec<f64>, OrbitError> {
                 let moved: Vec<f64> =
                     place.x.iter().zip(&place.tangent).map(|(x, t)| x + share * t).collect();
                 let (omega, value) = (moved[m], moved[moved.len() - 1]);
                 let z = self.bodies.to_body(value, &moved[..size])?;
-                let body = &mut self.bodies.at(value)?.body;
-                let z = tolerate(later(body, &z, omega, periods))?;
-                z.map(|z| self.bodies.from_body(value, &z)).transpose()
+                let z = later(&mut self.bodies.at(value)?.body, &z, omega, periods)?;
+                self.bodies.from_body(value, &z)
             };
-            let (Some(before), Some(here), Some(after)) =
-                (there(-ALONG)?, there(0.0)?, there(ALONG)?)
-            else {
-                return Ok(None);
-            };
-            for i in 0..size {
-                x[i] = here[i];
-                towards[i] = (after[i] - before[i]) / (2.0 * ALONG);
-            }
+            let ends = (there(-ALONG)?, there(ALONG)?);
+            state = there(0.0)?;
+            towards = ends.1.iter().zip(&ends.0).map(|(b, a)| (b - a) / (2.0 * ALONG)).collect();
             self.bodies.set_section(at);
             self.borders = None;
         }
-        if let Some((_, chain)) = &known {
-            let mut base = x[..size].to_vec();
-            base.push(x[m]);
+        let mut times = vec![];
+        if let Some((candidate, chain)) = self.ghost.clone() {
+            let base = [&state[..], &[place.x[m]]].concat();
             if better.is_some() {
                 // the instant of what grazes counts from the section
                 self.ghost = None;
             }
-            let contact = known.as_ref().map(|(candidate, _)| candidate.point());
-            let Some(read) = self.read(&base, value, contact)? else {
-                self.ghost = known;
+            let Some(read) = self.read(&base, value, Some(candidate.point()))? else {
                 return Ok(None);
             };
-            let is_same = self.ghost.as_ref().is_some_and(|(_, now)| now == chain);
+            let is_same = self.ghost.as_ref().is_some_and(|(_, now)| *now == chain);
             if is_same && better.is_none() {
                 return Ok(None);
             }
-            let times = towards[..size].to_vec();
-            let after = towards[m..].to_vec();
-            towards = [times, vec![0.0; read.len() - size - 1], after].concat();
-            x = [read, behind].concat();
+            times = read[size..read.len() - 1].to_vec();
         } else if better.is_none() {
             return Ok(None);
         }
+        let x = [&state[..], &times, &place.x[rest.clone()]].concat();
+        let towards = [&towards[..], &vec![0.0; times.len()], &place.tangent[rest]].concat();
         let c: Vec<f64> = self.weights(&x).iter().zip(&towards).map(|(w, t)| w * t).collect();
-        let gamma = c.iter().zip(&x).map(|(c, x)| c * x).sum();
-        let Some(found) = correct(self, &x, &c, gamma)? else { return Err(OrbitError::Eigen("point at another section")) };
-        let Some((tangent, orientation)) = tangent(self, &found.x, &c)? else {
-            return Err(OrbitError::Eigen("tangent at another section"));
-        };
+        let gamma = dot(&c, &x);
+        let Some(found) = correct(self, &x, &c, gamma)? else { return Ok(None) };
+        let Some((tangent, orientation)) = tangent(self, &found.x, &c)? else { return Ok(None) };
         let (step, chart, signature) = (place.step, self.chart(), vec![]);
         Ok(Some(Place { x: found.x, tangent, step, chart, orientation, signature }))
     }
@@ -416,6 +449,9 @@ impl<'a> Curve<'a> {
         frequencies: (f64, f64),
         mut take: impl FnMut(Point) -> Go,
     ) -> Result<String, OrbitError> {
+        if let Some(standing) = self.start.clone() {
+            self.stand(standing);
+        }
         let Some(mut place) = Place::start(self, start.to_vec(), direction, options.step.0)? else {
             return Ok("there is no tangent at the start".into());
         };

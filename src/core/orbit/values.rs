@@ -57,6 +57,11 @@ impl<'a> Bodies<'a> {
         Ok(Bodies { make, frame, periods, section: 0.0, kept: vec![] })
     }
 
+    /// The instant of the loads at which states are taken, in their periods.
+    pub fn section(&self) -> f64 {
+        self.section
+    }
+
     /// Take states at another instant of the loads.
     pub fn set_section(&mut self, at: f64) {
         self.section = at;

@@ -17,13 +17,8 @@ pub enum CurveOf {
 
 impl CurveOf {
     /// All, in the order in which they are told.
-    pub const ALL: [CurveOf; 5] = [
-        CurveOf::Fold,
-        CurveOf::Doubling,
-        CurveOf::Torus,
-        CurveOf::Grazing,
-        CurveOf::Peak,
-    ];
+    pub const ALL: [CurveOf; 5] =
+        [CurveOf::Fold, CurveOf::Doubling, CurveOf::Torus, CurveOf::Grazing, CurveOf::Peak];
 
     /// The word of files and commands.
     pub fn word(self) -> &'static str {
