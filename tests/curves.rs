@@ -128,8 +128,8 @@ fn folds_of_an_oscillator_meet_in_a_cusp() {
     let (omega, load) = curve.at("cusp");
     near(omega, 1.005_321_570_4, 1e-8);
     near(load, 0.101_178_515_9, 1e-9);
-    // the other fold at the load of the scene, from the other side
-    let text = oscillator(0.2, 20.0, 1.0, [0.8, 1.15]);
+    // the other fold at the load of the scene, from there
+    let text = oscillator(0.2, 20.0, 1.0, WIDE);
     let low = curves(&text, "fold", "load[0].amplitude=0.199999,0.200001");
     let low: Vec<&Curve> = low.iter().filter(|c| c.at("start").0 < 1.1).collect();
     near(low[0].at("start").0, 1.080_862_849_471_7, 1e-9);
@@ -138,7 +138,7 @@ fn folds_of_an_oscillator_meet_in_a_cusp() {
 /// Gap and load together scale every length: the curve over the one is that over the inverse of the other. And how folds move with each number.
 #[test]
 fn folds_move_as_another_program_says() {
-    let text = oscillator(0.2, 20.0, 1.0, [1.1, 1.6]);
+    let text = oscillator(0.2, 20.0, 1.0, WIDE);
     let ends = |over: &str| curves(&text, "fold", over)[0].ends();
     let [high, low] = ends("contact.gap=0.8,1.25");
     let [least, most] = ends(&format!("load[0].amplitude={:?},{:?}", 0.2 / 1.25, 0.2 / 0.8));
@@ -179,7 +179,7 @@ fn grazing_curves_are_the_linear_response() {
 fn a_node_grazes_while_another_touches() {
     let folder = TempDir::new().unwrap();
     let contact = "displacements = [0, 1]\ngaps = [1.0, 1.6]\nstiffness = 20.0";
-    let text = two_masses(&folder, [1.0, 0.5, 1.0], contact, (0.6, 0.05), [1.2, 1.45]);
+    let text = two_masses(&folder, [1.0, 0.5, 1.0], contact, (0.6, 0.05), [0.9, 1.8]);
     let found = curves_in(&folder, &text, "grazing", "load[0].amplitude=0.55,0.65", &[]);
     let starts: Vec<f64> =
         found.iter().filter(|c| c.node == Some(1)).map(|c| c.at("start").0).collect();
@@ -263,7 +263,7 @@ fn what_cannot_be_followed_is_said() {
         ("fold", "load[0].amplitude", "its range"),
         ("fold", "load[0].amplitude=0.3,0.4", "outside of 0.3 to 0.4"),
         ("fold", "load[0].omega=1,2", "frequency of the orbit"),
-        ("fold", "contact.gapp=0.5,2", "no number that stands in the scene"),
+        ("fold", "contact.gapp=0.5,2", "is no number"),
     ] {
         let output = run(&["curve", &scene, "--of", of, "--over", over, "-o", &file]);
         let said = String::from_utf8_lossy(&output.stderr)
@@ -275,7 +275,32 @@ fn what_cannot_be_followed_is_said() {
         assert!(!folder.path().join("curve.h5").exists());
     }
     // a value that no scene may have ends the curve, and does not lose it
-    let text = oscillator(0.2, 20.0, 1.0, [1.1, 1.6]);
+    let text = oscillator(0.2, 20.0, 1.0, WIDE);
     let curve = &curves_in(&folder, &text, "fold", "contact.gap=-0.5,1.2", &[])[0];
     assert!(curve.omega.len() > 10);
+}
+
+/// An isola of orbits of three periods of the load is born where the load turns back on the curve of its folds. Numbers of an independent program.
+#[test]
+fn an_isola_is_born() {
+    let folder = TempDir::new().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let text = oscillator(10.0, 20.0, 1.0, [3.0, 5.0]);
+    let begin = format!("{text}[initial]\nmode = 1\namplitude = -15.0\n");
+    let scene = written(folder.path(), &begin);
+    let orbit = path("orbit.h5");
+    json(&["orbit", &scene, "--omega", "4.0", "--periods", "3", "-o", &orbit]);
+    // a body that begins on it stays there
+    let text = format!("{text}[initial]\nfile = \"orbit.h5\"\n");
+    let scene = written(folder.path(), &text);
+    let (swept, branches) = (path("swept.h5"), path("branches.h5"));
+    json(&["response", &scene, "--sweep", "up", "--range", "4.15,4.3", "-o", &swept]);
+    json(&["response", &scene, "--through", &swept, "-o", &branches]);
+    let more = ["--response", &branches, "--range", "3,5.5"];
+    let found = curves_in(&folder, &text, "fold", "load[0].amplitude=1,11", &more);
+    let born = found.iter().find(|c| !c.rows("turn").is_empty()).unwrap();
+    let (omega, load) = born.at("turn");
+    near(omega, 3.655_958_508_5, 1e-8);
+    near(load, 1.623_044_101_5, 1e-9);
+    near(born.at("start").0, 4.768_849_79, 1e-8);
 }

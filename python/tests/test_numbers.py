@@ -171,6 +171,20 @@ def test_derivatives_of_an_orbit_are_those_of_the_command_line(tmp_path, command
     assert sg.orbit("scenarios/half-plate-orbit.toml", 1.8).sensitivity == {}
 
 
+def test_curves_are_those_of_the_command(command, tmp_path):
+    words = ["curve", "scenarios/driven-stop.toml", "--of", "doubling", "--over", "load[0].amplitude=0.08,0.12", "--json"]
+    said = json.loads(subprocess.run([command, *words, "-o", tmp_path / "c.h5"], check=True, capture_output=True).stdout)
+    for c in [sg.curve("scenarios/driven-stop.toml", "doubling", {"load[0].amplitude": (0.08, 0.12)}), sg.open(tmp_path / "c.h5")]:
+        assert (c.of, c.key, len(c)) == ("doubling", "load[0].amplitude", len(said["curves"])) and len(c) > 0
+        for curve, of in zip(c, said["curves"]):
+            assert curve.omega.tolist() == of["omega"] and curve.value.tolist() == of["value"]
+            assert list(curve.special) == of["special"] and curve.closed == of["closed"]
+            assert curve.u0.shape == (len(curve), 2) and curve.periods == 1 and curve.node is None
+    assert c.plot() is not None
+    with pytest.raises(sg.SceneError, match="outside of 0.2 to 0.3"):
+        sg.curve("scenarios/driven-stop.toml", "fold", {"load[0].amplitude": (0.2, 0.3)})
+
+
 def test_exponents_of_a_run():
     r = sg.run("scenarios/driven-stop.toml", lyapunov=2, lyapunov_periods=50)
     assert r.lyapunov.growths.shape == (50, 2)
