@@ -81,7 +81,7 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
         }
         Content::Curves => {
             let stored = read_curves(file)?;
-            let sheet = plane::picture(&[stored.clone()])?;
+            let sheet = plane::picture(std::slice::from_ref(&stored))?;
             View::picture(&name(file), &stored.title, &sheet.svg(&Style::default())?)
         }
         Content::Study => {

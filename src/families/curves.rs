@@ -247,92 +247,98 @@ pub fn follow(
         }
         let closure = Closure::Forced(start.periods);
         let mut walk = curve::Curve::new(&mut make, (closure, of), (value, unit))?;
-        let mut point = None;
-        for (omega, state) in &start.near {
-            if point.is_none() {
-                point = walk.near((state, *omega), value, start.contact)?;
-            }
-        }
-        let Some(x) = point else {
-            let text = format!("no {} is found near omega = {:.8}", of.word(), start.omega());
-            curves.lost.push(text);
-            continue;
+        let mut go = |point: &Point| {
+            let go = go_on(k, point);
+            stopped = go.is_break();
+            go
         };
-        if walk.is_repeated(&x)? {
+        match through(asked, start, (value, unit), &mut walk, &mut go) {
+            Ok(Found::Curve(curve)) => curves.all.push(curve),
             // a branch of fewer periods has it
-            continue;
-        }
-        let step = (0.2 * asked.step, 1e-7, asked.step);
-        let options = Options { range, step, points: asked.points, locate: false, natural: false };
-        let mut sides: [(Vec<CurvePoint>, String); 2] = Default::default();
-        let (mut closed, mut contact, mut system) = (false, None, None);
-        for (side, direction) in [1.0, -1.0].into_iter().enumerate() {
-            if closed || stopped {
-                break;
+            Ok(Found::Repeated) => {}
+            Ok(Found::Nothing) => {
+                let text = format!("no {} is found near omega = {:.8}", of.word(), start.omega());
+                curves.lost.push(text);
             }
-            let mut found: Vec<(Point, [f64; 3])> = vec![];
-            let why = walk.follow(&x, direction, &options, frequencies, |point| {
-                let there = glimpse(point.omega, point.value, point.orbit.amplitude, unit);
-                let first = found.first().map(|(_, first)| *first);
-                let last = found.last().map(|(_, last)| *last);
-                if let (Some(first), Some(last)) = (first, last)
-                    && found.len() > BACK
-                    && is_between(last, there, first)
-                {
-                    closed = true;
-                    return Go::Break(());
-                }
-                stopped = go_on(k, &point).is_break();
-                found.push((point, there));
-                if stopped { Go::Break(()) } else { Go::Continue(()) }
-            })?;
-            let why = match (closed, stopped) {
-                (true, _) => "comes back to its start".to_owned(),
-                (_, true) => "interrupted".to_owned(),
-                _ => why,
-            };
-            contact = found.first().and_then(|(p, _)| p.contact);
-            let mut points = vec![];
-            for (point, _) in &found {
-                let body = walk.body(point.value)?;
-                points.push(record(of, body, point)?);
-                system.get_or_insert_with(|| body.system.clone());
-            }
-            sides[side] = (points, why);
+            Err(e) => curves.lost.push(format!("omega = {:.8}: {e}", start.omega())),
         }
-        let [(up, above), (down, below)] = sides;
-        // from one end to the other, the start once
-        let mut points: Vec<CurvePoint> = down.into_iter().skip(1).rev().collect();
-        points.extend(up);
-        let below = if closed { above.clone() } else { below };
-        let node = contact.zip(system).map(|(point, s)| s.constraints[point].node);
-        curves.all.push(Curve {
-            periods: start.periods,
-            node,
-            points,
-            ends: [below, above],
-            closed,
-        });
     }
     Ok(curves)
 }
 
+/// What a start leads to.
+enum Found {
+    Curve(Curve),
+    /// An orbit of fewer periods, more than once.
+    Repeated,
+    Nothing,
+}
+
+/// The curve through a start, to both sides.
+fn through(
+    asked: &Asked,
+    start: &Start,
+    (value, unit): (f64, f64),
+    walk: &mut curve::Curve,
+    go_on: &mut dyn FnMut(&Point) -> Go,
+) -> Result<Found, OrbitError> {
+    let mut found = None;
+    for (omega, state) in &start.near {
+        if found.is_none() {
+            found = walk.near((state, *omega), value, start.contact)?;
+        }
+    }
+    let Some(x) = found else { return Ok(Found::Nothing) };
+    if walk.is_repeated(&x)? {
+        return Ok(Found::Repeated);
+    }
+    let Asked { of, range, frequencies, points, .. } = *asked;
+    let step = (0.2 * asked.step, 1e-7, asked.step);
+    let options = Options { range, step, points, locate: false, natural: false };
+    let mut sides: [(Vec<CurvePoint>, String); 2] = Default::default();
+    let (mut closed, mut stopped, mut node) = (false, false, None);
+    for (side, direction) in [1.0, -1.0].into_iter().enumerate() {
+        if closed || stopped {
+            break;
+        }
+        let mut points: Vec<CurvePoint> = vec![];
+        let ended = walk.follow(&x, direction, &options, frequencies, |point| {
+            let of_row = |p: &CurvePoint| glimpse(p.omega, p.value, p.amplitude, unit);
+            let there = glimpse(point.omega, point.value, point.orbit.amplitude, unit);
+            if let [first, .., last] = &points[..]
+                && points.len() > BACK
+                && is_between(of_row(last), there, of_row(first))
+            {
+                closed = true;
+                return Go::Break(());
+            }
+            stopped = go_on(&point).is_break();
+            node = point.node;
+            points.push(record(of, point));
+            if stopped { Go::Break(()) } else { Go::Continue(()) }
+        });
+        let why = match (closed, stopped, ended) {
+            (true, ..) => "comes back to its start".to_owned(),
+            (_, true, _) => "interrupted".to_owned(),
+            (.., Ok(why)) => why,
+            // what was found up to there is worth keeping
+            (.., Err(e)) => e.to_string(),
+        };
+        sides[side] = (points, why);
+    }
+    let [(up, above), (down, below)] = sides;
+    // from one end to the other, the start once
+    let points = down.into_iter().skip(1).rev().chain(up).collect();
+    let below = if closed { above.clone() } else { below };
+    Ok(Found::Curve(Curve { periods: start.periods, node, points, ends: [below, above], closed }))
+}
+
 /// A point as a file keeps it.
-fn record(of: CurveOf, body: &Propagator, point: &Point) -> Result<CurvePoint, OrbitError> {
-    let Point { omega, value, theta, kind, orbit, .. } = point;
-    let (u0, v0) = orbit.state.full(&body.system)?;
-    let nodal = |x: &[f64]| body.system.body.nodal(x).into_owned();
-    Ok(CurvePoint {
-        omega: *omega,
-        value: *value,
-        theta: *theta,
-        kind: *kind,
-        amplitude: orbit.amplitude,
-        energy: orbit.energy,
-        outside: outside(of, orbit),
-        u0: nodal(&u0),
-        v0: nodal(&v0),
-    })
+fn record(of: CurveOf, point: Point) -> CurvePoint {
+    let Point { omega, value, theta, kind, orbit, state: [u0, v0], .. } = point;
+    let outside = outside(of, &orbit);
+    let (amplitude, energy) = (orbit.amplitude, orbit.energy);
+    CurvePoint { omega, value, theta, kind, amplitude, energy, outside, u0, v0 }
 }
 
 /// A multiplier that differs by less from what a curve is of is one that singles the orbit out.

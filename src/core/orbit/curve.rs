@@ -7,7 +7,7 @@
 use faer::Mat;
 
 use super::border::Border;
-use super::chain::{Chain, Propagator};
+use super::chain::Chain;
 use super::condition::{Borders, angle};
 use super::credentials::{Orbit, examine};
 use super::grazing::{Candidate, bare, miss};
@@ -106,7 +106,7 @@ impl<'a> Curve<'a> {
         derive: bool,
     ) -> Result<Option<Linear>, OrbitError> {
         let size = 2 * self.bodies.frame.n();
-        let mut x = self.bodies.to_body(value, &base[..size])?;
+        let mut x = self.bodies.in_body(value, &base[..size])?;
         x.extend_from_slice(&base[size..]);
         let here = self.bodies.at(value)?;
         let found = match &self.ghost {
@@ -122,9 +122,9 @@ impl<'a> Curve<'a> {
         };
         let Some((r, j)) = found else { return Ok(None) };
         let column = Mat::from_fn(r.len(), 1, |i, _| r[i]);
-        let column = here.rows_from_body(&column);
+        let column = here.rows_out_of_body(&column);
         let r = (0..r.len()).map(|i| column[(i, 0)]).collect();
-        let j = if derive { here.rows_from_body(&here.columns_to_body(&j)) } else { j };
+        let j = if derive { here.rows_out_of_body(&here.columns_in_body(&j)) } else { j };
         Ok(Some(Linear { r, j }))
     }
 
@@ -145,7 +145,7 @@ impl<'a> Curve<'a> {
         match self.of {
             CurveOf::Grazing => {
                 let Some((candidate, chain)) = self.ghost.clone() else { return Ok(None) };
-                let mut x = self.bodies.to_body(value, &base[..size])?;
+                let mut x = self.bodies.in_body(value, &base[..size])?;
                 x.extend_from_slice(&base[size..]);
                 let body = &mut self.bodies.at(value)?.body;
                 let h = tolerate(miss(body, self.closure, (&chain, &x), &candidate))?;
@@ -179,60 +179,72 @@ impl<'a> Curve<'a> {
         Ok(Some((at, g)))
     }
 
+    /// By the parameter, by central differences: `R_p`.
+    fn by_value(&mut self, base: &[f64], value: f64) -> Result<Option<Vec<f64>>, OrbitError> {
+        let width = BESIDE * self.unit;
+        let up = self.linear(base, value + width, false)?;
+        let down = self.linear(base, value - width, false)?;
+        let (Some(up), Some(down)) = (up, down) else { return Ok(None) };
+        Ok(Some(up.r.iter().zip(&down.r).map(|(u, d)| (u - d) / (2.0 * width)).collect()))
+    }
+
+    /// The derivative of the scalars along a direction, in units, of the unknowns of the orbit, the frequency and the parameter.
+    fn along(
+        &mut self,
+        (base, theta, value): (&[f64], f64, f64),
+        direction: &[f64],
+        units: &[f64],
+    ) -> Result<Option<Vec<f64>>, OrbitError> {
+        let last = base.len();
+        let width = BESIDE * self.unit;
+        let mut step =
+            ALONG * norm(&base.iter().zip(units).map(|(x, u)| x / u).collect::<Vec<_>>());
+        // where a step as long as that leads to another body, to one of those that are there
+        let share = (width / (direction[last] * self.unit)).abs();
+        let is_shared = share > SHARED.0 * step && share < SHARED.1 * step;
+        let by = match is_shared {
+            true => {
+                step = share;
+                width.copysign(direction[last])
+            }
+            false => step * direction[last] * self.unit,
+        };
+        let mut beside = |s: f64| -> Result<Option<Vec<f64>>, OrbitError> {
+            let moved: Vec<f64> =
+                (0..last).map(|k| base[k] + s * step * direction[k] * units[k]).collect();
+            let there = value + s * by;
+            let Some(at) = self.linear(&moved, there, true)? else { return Ok(None) };
+            self.scalars((&moved, theta, there), &at)
+        };
+        let (Some(up), Some(down)) = (beside(1.0)?, beside(-1.0)?) else { return Ok(None) };
+        Ok(Some(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect()))
+    }
+
     /// The whole derivative at a point where the orbit's is known.
     fn derivative(&mut self, x: &[f64], at: &Linear) -> Result<Option<Mat<f64>>, OrbitError> {
         let (base, theta, value) = self.parts(x);
         let (m, scalars) = (at.r.len(), self.of.scalars());
         let units = self.units().unknowns;
-        let unit = self.unit;
-        let unit_of = |k: usize| if k <= m { units[k] } else { unit };
+        let unit = [&units[..=m], &[self.unit]].concat();
         let residual = self.bodies.frame.unit;
-        // by the parameter
-        let width = BESIDE * unit;
-        let (up, down) =
-            (self.linear(base, value + width, false)?, self.linear(base, value - width, false)?);
-        let (Some(up), Some(down)) = (up, down) else { return Ok(None) };
-        let by_value: Vec<f64> =
-            up.r.iter().zip(&down.r).map(|(u, d)| (u - d) / (2.0 * width)).collect();
+        let Some(by_value) = self.by_value(base, value)? else { return Ok(None) };
         let entry = |i: usize, k: usize| if k <= m { at.j[(i, k)] } else { by_value[i] };
-        // the tangent plane, in units
-        let scaled = Mat::from_fn(m + 2, m, |k, i| entry(i, k) * unit_of(k) / residual);
+        // the tangent plane, in units: what is orthogonal to all rows
+        let scaled = Mat::from_fn(m + 2, m, |k, i| entry(i, k) * unit[k] / residual);
         let q = scaled.qr().compute_Q();
         let column = |k: usize| -> Vec<f64> { (0..m + 2).map(|i| q[(i, k)]).collect() };
         let plane = apart_from_last([column(m), column(m + 1)]);
-        let size = norm(&base.iter().zip(&units).map(|(x, u)| x / u).collect::<Vec<_>>());
         let columns = m + 2 + self.of.unknowns();
-        let mut j = Mat::zeros(m + scalars, columns);
         let place = |k: usize| if k <= m { k } else { columns - 1 };
+        let mut j = Mat::zeros(m + scalars, columns);
         for k in 0..m + 2 {
-            for i in 0..m {
-                j[(i, place(k))] = entry(i, k);
-            }
+            (0..m).for_each(|i| j[(i, place(k))] = entry(i, k));
         }
-        for n in &plane {
-            let mut step = ALONG * size;
-            // where a step as long as that leads to another body, to one of those that are there
-            let share = (width / (n[m + 1] * unit)).abs();
-            if share > SHARED.0 * step && share < SHARED.1 * step {
-                step = share;
-            }
-            let mut beside = |s: f64| -> Result<Option<Vec<f64>>, OrbitError> {
-                let moved: Vec<f64> =
-                    (0..=m).map(|k| base[k] + s * step * n[k] * unit_of(k)).collect();
-                let by = step * n[m + 1] * unit;
-                // to the bit the values that were there before
-                let by =
-                    if (by.abs() - width).abs() <= 1e-9 * width { width.copysign(by) } else { by };
-                let there = value + s * by;
-                let Some(at) = self.linear(&moved, there, true)? else { return Ok(None) };
-                self.scalars((&moved, theta, there), &at)
-            };
-            let (Some(up), Some(down)) = (beside(1.0)?, beside(-1.0)?) else { return Ok(None) };
-            for i in 0..scalars {
-                let slope = (up[i] - down[i]) / (2.0 * step);
-                for k in 0..m + 2 {
-                    j[(m + i, place(k))] += slope * n[k] / unit_of(k);
-                }
+        for direction in &plane {
+            let slopes = self.along((base, theta, value), direction, &unit)?;
+            let Some(slopes) = slopes else { return Ok(None) };
+            for (i, slope) in slopes.iter().enumerate() {
+                (0..m + 2).for_each(|k| j[(m + i, place(k))] += slope * direction[k] / unit[k]);
             }
         }
         if self.of.unknowns() > 0 {
@@ -252,16 +264,11 @@ impl<'a> Curve<'a> {
         multipliers: bool,
     ) -> Result<Option<Orbit>, OrbitError> {
         let size = 2 * self.bodies.frame.n();
-        let z = self.bodies.to_body(value, &base[..size])?;
+        let z = self.bodies.in_body(value, &base[..size])?;
         let omega = base[base.len() - 1];
         let body = &mut self.bodies.at(value)?.body;
         body.system.loads_mut().set_frequency(omega);
         tolerate(examine(body, self.closure, &z, self.closure.period(omega), 0, multipliers))
-    }
-
-    /// The body at a value.
-    pub fn body(&mut self, value: f64) -> Result<&Propagator, OrbitError> {
-        Ok(&self.bodies.at(value)?.body)
     }
 
     /// The point of a curve near an orbit at a value of the parameter; none if there is none.
@@ -321,7 +328,7 @@ impl<'a> Curve<'a> {
     ) -> Result<Option<Vec<f64>>, OrbitError> {
         let size = 2 * self.bodies.frame.n();
         let omega = base[base.len() - 1];
-        let mut of_map = self.bodies.to_body(value, &base[..size])?;
+        let mut of_map = self.bodies.in_body(value, &base[..size])?;
         of_map.push(omega);
         let watched = self.ghost.as_ref().map(|(candidate, _)| candidate);
         let body = &mut self.bodies.at(value)?.body;
@@ -381,9 +388,9 @@ impl<'a> Curve<'a> {
                 let moved: Vec<f64> =
                     place.x.iter().zip(&place.tangent).map(|(x, t)| x + share * t).collect();
                 let (omega, value) = (moved[m], moved[moved.len() - 1]);
-                let z = self.bodies.to_body(value, &moved[..size])?;
+                let z = self.bodies.in_body(value, &moved[..size])?;
                 let z = later(&mut self.bodies.at(value)?.body, &z, omega, periods)?;
-                self.bodies.from_body(value, &z)
+                self.bodies.out_of_body(value, &z)
             };
             let ends = (there(-ALONG)?, there(ALONG)?);
             state = there(0.0)?;
@@ -437,7 +444,13 @@ impl<'a> Curve<'a> {
         };
         let theta = (self.of == CurveOf::Torus).then_some(theta);
         let contact = self.ghost.as_ref().map(|(candidate, _)| candidate.point());
-        Ok(Some(Point { omega: orbit.omega(), value, theta, contact, kind, orbit }))
+        let omega = orbit.omega();
+        let here = self.bodies.at(value)?;
+        let node = contact.map(|contact| here.body.system.constraints[contact].node);
+        let all = here.full(&orbit.state, omega)?;
+        let nodal = |x: &[f64]| here.body.system.body.nodal(x).into_owned();
+        let state = [nodal(&all[0]), nodal(&all[1])];
+        Ok(Some(Point { omega, value, theta, node, kind, orbit, state }))
     }
 
     /// Follow a curve from one of its points, to larger (`direction > 0`) or smaller values of the parameter.
@@ -513,7 +526,8 @@ impl<'a> Curve<'a> {
             match (failed, why, moved) {
                 (Some(e), ..) => return Err(e),
                 (_, Some(why), _) => return Ok(why),
-                (.., Some(next)) if stop == Stop::Interrupted && options.points > 0 => place = next,
+                (.., Some(_)) if options.points == 0 => return Ok(Stop::Points.to_string()),
+                (.., Some(next)) if stop == Stop::Interrupted => place = next,
                 _ => return Ok(stop.to_string()),
             }
         }
@@ -571,12 +585,14 @@ pub struct Point {
     pub value: f64,
     /// Angle of the multipliers at a Neimark–Sacker point.
     pub theta: Option<f64>,
-    /// What grazes.
-    pub contact: Option<usize>,
+    /// Node of the mesh that grazes.
+    pub node: Option<usize>,
     /// What the point is.
     pub kind: CurvePointKind,
     /// The orbit.
     pub orbit: Orbit,
+    /// Nodal displacements and velocities at the origin of time.
+    pub state: [Vec<f64>; 2],
 }
 
 /// Two directions of a plane, the first without a share in the last unknown.

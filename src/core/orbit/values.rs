@@ -14,14 +14,14 @@ use faer::{Mat, MatRef};
 use super::OrbitError;
 use super::chain::Propagator;
 use super::section::Section;
-use crate::contact::System;
+use crate::contact::{State, System};
 use crate::fem::dense::product;
 
 /// What makes the system at a value.
 pub type Make<'a> = dyn FnMut(f64) -> Result<System, OrbitError> + 'a;
 
 /// Bodies that are kept: those of a point of a curve and of its differences.
-const KEPT: usize = 12;
+const KEPT: usize = 4;
 
 /// The bodies, the ones of the last values kept.
 pub(super) struct Bodies<'a> {
@@ -102,13 +102,13 @@ impl<'a> Bodies<'a> {
     }
 
     /// The frame vector in the body's own frame.
-    pub fn to_body(&mut self, value: f64, y: &[f64]) -> Result<Vec<f64>, OrbitError> {
+    pub fn in_body(&mut self, value: f64, y: &[f64]) -> Result<Vec<f64>, OrbitError> {
         let state = self.frame.state(y);
         Ok(self.at(value)?.body.frame(&state))
     }
 
     /// The way back.
-    pub fn from_body(&mut self, value: f64, z: &[f64]) -> Result<Vec<f64>, OrbitError> {
+    pub fn out_of_body(&mut self, value: f64, z: &[f64]) -> Result<Vec<f64>, OrbitError> {
         let state = self.at(value)?.body.state(z);
         Ok(self.frame.frame(&state))
     }
@@ -119,8 +119,18 @@ impl Valued {
         self.modes.is_none() && self.body.scale == self.scale
     }
 
+    /// All displacements and velocities of a state at the origin of time.
+    pub fn full(&mut self, state: &State, omega: f64) -> Result<[Vec<f64>; 2], OrbitError> {
+        let at = self.section.at();
+        self.section.set(&mut self.body, 0.0);
+        self.body.system.loads_mut().set_frequency(omega);
+        let full = state.full(&self.body.system);
+        self.section.set(&mut self.body, at);
+        Ok(full?.into())
+    }
+
     /// `C⁻¹ R` of rows, the first of which are those of states.
-    pub fn rows_from_body(&self, r: &Mat<f64>) -> Mat<f64> {
+    pub fn rows_out_of_body(&self, r: &Mat<f64>) -> Mat<f64> {
         if self.is_same() {
             return r.clone();
         }
@@ -142,7 +152,7 @@ impl Valued {
     }
 
     /// `X C` of columns, the first of which are those of states.
-    pub fn columns_to_body(&self, x: &Mat<f64>) -> Mat<f64> {
+    pub fn columns_in_body(&self, x: &Mat<f64>) -> Mat<f64> {
         if self.is_same() {
             return x.clone();
         }
