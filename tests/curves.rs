@@ -304,3 +304,38 @@ fn an_isola_is_born() {
     near(load, 1.623_044_101_5, 1e-9);
     near(born.at("start").0, 4.768_849_79, 1e-8);
 }
+
+/// A value on the bound of what a scene may say has its differences on one side; a range may be as wide as one likes; starts outside of the frequencies are none.
+#[test]
+fn ranges_may_be_what_they_are() {
+    let text = oscillator(0.2, 20.0, 1.0, WIDE);
+    let from_zero = curves(&text, "fold", "damping.rayleigh[1]=0,0.02");
+    near(from_zero[0].at("start").0, 1.274_989_135_261_5, 1e-9);
+    assert!(from_zero[0].value.iter().all(|v| *v >= 0.0) && from_zero[0].value.len() > 5);
+    assert_eq!(from_zero[0].at("start").1, 0.0);
+    let narrow = &curves(&text, "fold", "contact.stiffness=10,40")[0];
+    let wide = &curves(&text, "fold", "contact.stiffness=10,1e6")[0];
+    near(narrow.ends()[0], wide.ends()[0], 1e-9);
+    assert!(wide.value.iter().any(|v| *v > 1e5), "{:?}", wide.value.last());
+    let folder = TempDir::new().unwrap();
+    let low = curves_in(&folder, &text, "fold", "contact.stiffness=19,21", &[]);
+    assert_eq!(low.len(), 2);
+    let scene = written(folder.path(), &text);
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let response = path("response.h5");
+    json(&["response", &scene, "-o", &response]);
+    let more = ["--response", &response, "--range", "1.2,1.4"];
+    let high = curves_in(&folder, &text, "fold", "contact.stiffness=19,21", &more);
+    assert_eq!(high.len(), 1);
+    let output = run(&[
+        "curve",
+        &scene,
+        "--of",
+        "fold",
+        "--over",
+        "load[0].displacement=0,2",
+        "-o",
+        &path("x.h5"),
+    ]);
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+}

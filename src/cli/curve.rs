@@ -168,11 +168,21 @@ impl Task for Arguments {
                 "friction holds families of orbits: there is no one branch with folds of its own";
             return Err(scene.error(Issue::new("contact.friction", message, help)).into());
         }
+        if self.of == Of::Grazing && problem.system.impact().is_some() {
+            let help = "leave restitution out, or follow folds, doublings or peaks";
+            let message = "grazings of bodies whose velocities jump are not followed";
+            return Err(scene.error(Issue::new("contact.restitution", message, help)).into());
+        }
         let stored = match &self.response {
             None => None,
             Some(file) => {
                 let mut stored = StoredFamily::read(file)?;
                 doublings::check(&stored, &work.scene)?;
+                if stored.branches.iter().all(|b| b.percent() != percent) {
+                    let text =
+                        "it has no branch of this damping ratio; give one of its own with --ratio";
+                    return Err(CliError::Input(format!("{}: {text}", file.display())));
+                }
                 stored.count_along_directions(&problem.system.body);
                 Some((percent, stored))
             }
@@ -324,6 +334,9 @@ fn to_json(found: &Curves) -> Value {
 
 fn to_text(found: &Curves) -> String {
     let mut out = String::new();
+    if found.all.is_empty() {
+        let _ = writeln!(out, "  {:<14}none over {}", found.of.word(), found.key);
+    }
     for (k, c) in found.all.iter().enumerate() {
         let name = format!("{} {k}", found.of.word());
         let periods = if c.periods > 1 { format!(", period {}", c.periods) } else { String::new() };

@@ -38,11 +38,13 @@ pub(super) fn scenes(
 
 /// Refuse a response that is not of a scene, but for its damping ratio.
 pub(super) fn check(response: &StoredFamily, scene: &Scene) -> Result<(), CliError> {
-    let scenes = scenes(response, scene)?;
-    let Some((_, first)) = scenes.first() else { return Ok(()) };
-    match response.identity.problem == fingerprint(first, &load::of_scene(first)?) {
-        true => Ok(()),
-        false => refuse(
+    let scenes = scenes(response, scene).unwrap_or_default();
+    let is_of = |first: &Scene| -> Result<bool, CliError> {
+        Ok(response.identity.problem == fingerprint(first, &load::of_scene(first)?))
+    };
+    match scenes.first().map(|(_, first)| is_of(first)).transpose()? {
+        Some(true) => Ok(()),
+        _ => refuse(
             response,
             "it is no response of this scene; give the scene that it was made from",
         ),

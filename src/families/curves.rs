@@ -60,6 +60,11 @@ pub fn value(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<f64, P
         let help = "give a range around it, or a scene with another value";
         return Err(scene.error(Issue::new(key, message, help)).into());
     }
+    // a little larger, or a little smaller where that is no scene
+    let beside = |share: f64| scene.with_number(key, value + share * value.abs().max(1e-3));
+    if let (Err(_), Err(why)) = (beside(-1e-6), beside(1e-6)) {
+        return Err(why.into());
+    }
     Ok(value)
 }
 
@@ -189,6 +194,9 @@ fn grazings(
 const SAME: f64 = 0.1;
 /// The same beyond all steps, relative.
 const NEAR: f64 = 1e-7;
+/// So many points in a row that lie on another curve, this near, run along it.
+const TOGETHER: usize = 5;
+const MET: f64 = 0.02;
 /// A curve comes back to its start behind so many points.
 const BACK: usize = 8;
 
@@ -197,8 +205,17 @@ fn glimpse(omega: f64, value: f64, amplitude: f64, unit: f64) -> [f64; 3] {
     [omega.ln(), value / unit, amplitude.max(f64::MIN_POSITIVE).ln()]
 }
 
+fn row(p: &CurvePoint, unit: f64) -> [f64; 3] {
+    glimpse(p.omega, p.value, p.amplitude, unit)
+}
+
+/// The first of some curves that a point lies on.
+fn on(known: &[Vec<[f64; 3]>], p: [f64; 3], within: f64) -> Option<usize> {
+    known.iter().position(|c| c.windows(2).any(|two| is_between(two[0], two[1], p, within)))
+}
+
 /// Whether a point lies on the way from one to another.
-fn is_between(a: [f64; 3], b: [f64; 3], p: [f64; 3]) -> bool {
+fn is_between(a: [f64; 3], b: [f64; 3], p: [f64; 3], within: f64) -> bool {
     let minus = |x: [f64; 3], y: [f64; 3]| [x[0] - y[0], x[1] - y[1], x[2] - y[2]];
     let dot = |x: [f64; 3], y: [f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
     let (way, to) = (minus(b, a), minus(p, a));
@@ -208,7 +225,7 @@ fn is_between(a: [f64; 3], b: [f64; 3], p: [f64; 3]) -> bool {
     }
     let s = dot(way, to) / length;
     let off = minus(to, way.map(|w| s * w));
-    (-1e-9..=1.0 + 1e-9).contains(&s) && dot(off, off).sqrt() <= SAME * length.sqrt() + NEAR
+    (-1e-9..=1.0 + 1e-9).contains(&s) && dot(off, off).sqrt() <= within * length.sqrt() + NEAR
 }
 
 /// Follow the curves through the starts; `go_on` is told of every point. Curves that come through another start are followed once.
@@ -219,7 +236,7 @@ pub fn follow(
 ) -> Result<Curves, FamilyError> {
     let Asked { scene, of, key, range, frequencies, .. } = *asked;
     let value = scene.number(key).map_err(|e| OrbitError::Value(f64::NAN, e.to_string()))?;
-    let unit = range.0.abs().max(range.1.abs());
+    let unit = if value == 0.0 { range.0.abs().max(range.1.abs()) } else { value.abs() };
     let mut curves = Curves {
         of,
         key: key.into(),
@@ -237,12 +254,16 @@ pub fn follow(
     let mut stopped = false;
     for (k, start) in starts.iter().enumerate() {
         let here = glimpse(start.omega(), value, start.amplitude, unit);
-        let is_known = curves.all.iter().filter(|c| c.periods == start.periods).any(|c| {
-            let all = c.points.iter().map(|p| glimpse(p.omega, p.value, p.amplitude, unit));
-            let all: Vec<[f64; 3]> = all.collect();
-            all.windows(2).any(|two| is_between(two[0], two[1], here))
-        });
-        if is_known || stopped {
+        let outside = !(frequencies.0..=frequencies.1).contains(&start.omega());
+        let known: Vec<Vec<[f64; 3]>> = curves
+            .all
+            .iter()
+            .map(|c| match c.periods == start.periods {
+                true => c.points.iter().map(|p| row(p, unit)).collect(),
+                false => vec![],
+            })
+            .collect();
+        if stopped || outside || on(&known, here, SAME).is_some() {
             continue;
         }
         let closure = Closure::Forced(start.periods);
@@ -252,10 +273,10 @@ pub fn follow(
             stopped = go.is_break();
             go
         };
-        match through(asked, start, (value, unit), &mut walk, &mut go) {
+        match through(asked, start, (value, unit), (&mut walk, &known), &mut go) {
             Ok(Found::Curve(curve)) => curves.all.push(curve),
-            // a branch of fewer periods has it
-            Ok(Found::Repeated) => {}
+            // another curve has it, or a branch of fewer periods
+            Ok(Found::Known) => {}
             Ok(Found::Nothing) => {
                 let text = format!("no {} is found near omega = {:.8}", of.word(), start.omega());
                 curves.lost.push(text);
@@ -269,8 +290,8 @@ pub fn follow(
 /// What a start leads to.
 enum Found {
     Curve(Curve),
-    /// An orbit of fewer periods, more than once.
-    Repeated,
+    /// A point of a curve that is known, or an orbit of fewer periods, more than once.
+    Known,
     Nothing,
 }
 
@@ -279,7 +300,7 @@ fn through(
     asked: &Asked,
     start: &Start,
     (value, unit): (f64, f64),
-    walk: &mut curve::Curve,
+    (walk, known): (&mut curve::Curve, &[Vec<[f64; 3]>]),
     go_on: &mut dyn FnMut(&Point) -> Go,
 ) -> Result<Found, OrbitError> {
     let mut found = None;
@@ -289,25 +310,36 @@ fn through(
         }
     }
     let Some(x) = found else { return Ok(Found::Nothing) };
-    if walk.is_repeated(&x)? {
-        return Ok(Found::Repeated);
+    let is_known = match walk.seen(&x)? {
+        Some((omega, amplitude)) => on(known, glimpse(omega, value, amplitude, unit), SAME),
+        None => None,
+    };
+    if is_known.is_some() || walk.is_repeated(&x)? {
+        return Ok(Found::Known);
     }
     let Asked { of, range, frequencies, points, .. } = *asked;
     let step = (0.2 * asked.step, 1e-7, asked.step);
     let options = Options { range, step, points, locate: false, natural: false };
-    let mut sides: [(Vec<CurvePoint>, String); 2] = Default::default();
+    let nothing = |why: &str| (vec![], why.to_owned());
+    let mut sides: [(Vec<CurvePoint>, String); 2] =
+        [nothing("interrupted"), nothing("interrupted")];
     let (mut closed, mut stopped, mut node) = (false, false, None);
     for (side, direction) in [1.0, -1.0].into_iter().enumerate() {
         if closed || stopped {
             break;
         }
+        // the start itself stands on the other side
+        if if side == 0 { value >= range.1 } else { value <= range.0 } {
+            sides[side] = nothing("end of the range");
+            continue;
+        }
         let mut points: Vec<CurvePoint> = vec![];
+        let mut met = vec![];
         let ended = walk.follow(&x, direction, &options, frequencies, |point| {
-            let of_row = |p: &CurvePoint| glimpse(p.omega, p.value, p.amplitude, unit);
             let there = glimpse(point.omega, point.value, point.orbit.amplitude, unit);
             if let [first, .., last] = &points[..]
                 && points.len() > BACK
-                && is_between(of_row(last), there, of_row(first))
+                && is_between(row(last, unit), there, row(first, unit), SAME)
             {
                 closed = true;
                 return Go::Break(());
@@ -315,10 +347,19 @@ fn through(
             stopped = go_on(&point).is_break();
             node = point.node;
             points.push(record(of, point));
-            if stopped { Go::Break(()) } else { Go::Continue(()) }
+            match on(known, there, MET) {
+                Some(curve) => met.push(curve),
+                None => met.clear(),
+            }
+            if stopped || met.len() >= TOGETHER { Go::Break(()) } else { Go::Continue(()) }
         });
+        let runs_on = (met.len() >= TOGETHER).then(|| met[0]);
+        points.truncate(points.len() - if runs_on.is_some() { TOGETHER - 1 } else { 0 });
         let why = match (closed, stopped, ended) {
             (true, ..) => "comes back to its start".to_owned(),
+            (_, false, _) if runs_on.is_some() => {
+                format!("runs onto curve {}", runs_on.unwrap_or_default())
+            }
             (_, true, _) => "interrupted".to_owned(),
             (.., Ok(why)) => why,
             // what was found up to there is worth keeping
@@ -328,7 +369,8 @@ fn through(
     }
     let [(up, above), (down, below)] = sides;
     // from one end to the other, the start once
-    let points = down.into_iter().skip(1).rev().chain(up).collect();
+    let again = usize::from(!up.is_empty());
+    let points = down.into_iter().skip(again).rev().chain(up).collect();
     let below = if closed { above.clone() } else { below };
     Ok(Found::Curve(Curve { periods: start.periods, node, points, ends: [below, above], closed }))
 }

@@ -34,6 +34,9 @@ pub fn write_curves(
         let all = file.create_group("curves")?;
         write_text(&all, "of", found.of.word())?;
         write_text(&all, "key", &found.key)?;
+        if !found.lost.is_empty() {
+            write_text(&all, "lost", &found.lost.join("\n"))?;
+        }
         for (name, range) in [("range", found.range), ("frequencies", found.frequencies)] {
             all.new_dataset_builder().with_data(&range).create(name)?;
         }
@@ -109,7 +112,8 @@ pub fn read_curves(path: &Path) -> Result<StoredCurves, StoreError> {
             range: pair("range")?,
             frequencies: pair("frequencies")?,
             all: vec![],
-            lost: vec![],
+            lost: read_text(&all, "lost")
+                .map_or(vec![], |text| text.lines().map(str::to_owned).collect()),
         };
         for k in 0.. {
             if !all.link_exists(&k.to_string()) {

@@ -20,15 +20,15 @@ use super::values::{Bodies, Make};
 use super::{OrbitError, tolerate};
 use crate::contact::State;
 use crate::continuation::{
-    Family, Go, Judgement, Options, Place, Special, Stop, Units, correct, dot, follow, norm,
+    Family, Go, Judgement, Options, Place, Special, Stop, Units, apart, correct, dot, follow, norm,
     tangent,
 };
 use crate::records::{CurveOf, CurvePointKind};
 
 /// Half the width of differences by the parameter, over its unit.
-const BESIDE: f64 = 1e-6;
+const BESIDE: f64 = 1e-7;
 /// The same along the tangent plane, over the size of the unknowns.
-const ALONG: f64 = 1e-6;
+const ALONG: f64 = 1e-7;
 /// So much shorter or longer steps along the plane end at the bodies that are there.
 const SHARED: (f64, f64) = (1e-3, 1e2);
 /// A part of the unit of frame vectors is what a scalar of one counts for.
@@ -179,13 +179,18 @@ impl<'a> Curve<'a> {
         Ok(Some((at, g)))
     }
 
-    /// By the parameter, by central differences: `R_p`.
-    fn by_value(&mut self, base: &[f64], value: f64) -> Result<Option<Vec<f64>>, OrbitError> {
+    /// By the parameter: `R_p`.
+    fn by_value(
+        &mut self,
+        (base, value): (&[f64], f64),
+        at: &Linear,
+    ) -> Result<Option<Vec<f64>>, OrbitError> {
         let width = BESIDE * self.unit;
-        let up = self.linear(base, value + width, false)?;
-        let down = self.linear(base, value - width, false)?;
-        let (Some(up), Some(down)) = (up, down) else { return Ok(None) };
-        Ok(Some(up.r.iter().zip(&down.r).map(|(u, d)| (u - d) / (2.0 * width)).collect()))
+        let mut beside = |s: f64| -> Result<Option<Vec<f64>>, OrbitError> {
+            let there = tolerate(self.linear(base, value + s * width, false))?.flatten();
+            Ok(there.map(|there| there.r))
+        };
+        difference([beside(-1.0)?, beside(1.0)?], || Ok(Some(at.r.clone())), width)
     }
 
     /// The derivative of the scalars along a direction, in units, of the unknowns of the orbit, the frequency and the parameter.
@@ -213,11 +218,13 @@ impl<'a> Curve<'a> {
             let moved: Vec<f64> =
                 (0..last).map(|k| base[k] + s * step * direction[k] * units[k]).collect();
             let there = value + s * by;
-            let Some(at) = self.linear(&moved, there, true)? else { return Ok(None) };
+            let Some(at) = tolerate(self.linear(&moved, there, true))?.flatten() else {
+                return Ok(None);
+            };
             self.scalars((&moved, theta, there), &at)
         };
-        let (Some(up), Some(down)) = (beside(1.0)?, beside(-1.0)?) else { return Ok(None) };
-        Ok(Some(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect()))
+        let both = [beside(-1.0)?, beside(1.0)?];
+        difference(both, || beside(0.0), step)
     }
 
     /// The whole derivative at a point where the orbit's is known.
@@ -227,7 +234,7 @@ impl<'a> Curve<'a> {
         let units = self.units().unknowns;
         let unit = [&units[..=m], &[self.unit]].concat();
         let residual = self.bodies.frame.unit;
-        let Some(by_value) = self.by_value(base, value)? else { return Ok(None) };
+        let Some(by_value) = self.by_value((base, value), at)? else { return Ok(None) };
         let entry = |i: usize, k: usize| if k <= m { at.j[(i, k)] } else { by_value[i] };
         // the tangent plane, in units: what is orthogonal to all rows
         let scaled = Mat::from_fn(m + 2, m, |k, i| entry(i, k) * unit[k] / residual);
@@ -306,8 +313,24 @@ impl<'a> Curve<'a> {
     /// Whether the orbit of a point is one of fewer periods of the loads, more than once.
     pub fn is_repeated(&mut self, x: &[f64]) -> Result<bool, OrbitError> {
         let (base, _, value) = self.parts(x);
+        let size = 2 * self.bodies.frame.n();
+        let (z, omega) = (self.bodies.in_body(value, &base[..size])?, base[base.len() - 1]);
+        let k = self.closure.periods();
+        let body = &mut self.bodies.at(value)?.body;
+        for q in (1..k).filter(|q| k.is_multiple_of(*q)) {
+            let Some(early) = tolerate(later(body, &z, omega, q as f64))? else { return Ok(false) };
+            if apart(&z, &early) < SHORTER * norm(&z) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// The frequency and the largest contact displacement at a point.
+    pub fn seen(&mut self, x: &[f64]) -> Result<Option<(f64, f64)>, OrbitError> {
+        let (base, _, value) = self.parts(x);
         let base = base.to_vec();
-        Ok(self.orbit((&base, value), false)?.is_some_and(|orbit| orbit.is_repeated()))
+        Ok(self.orbit((&base, value), false)?.map(|orbit| (orbit.omega(), orbit.amplitude)))
     }
 
     /// Borders of the point where the curve is.
@@ -571,6 +594,8 @@ impl<'a> Curve<'a> {
     }
 }
 
+/// An orbit that is back as near as this after fewer periods of the loads, over its size, is one of those.
+const SHORTER: f64 = 1e-6;
 /// At a cusp the tangent of a fold curve has no share of the frequency beyond this.
 const CUSP: f64 = 1e-4;
 /// Multipliers whose angle is this near to 0 or π are as good as real.
@@ -593,6 +618,23 @@ pub struct Point {
     pub orbit: Orbit,
     /// Nodal displacements and velocities at the origin of time.
     pub state: [Vec<f64>; 2],
+}
+
+/// Central differences of values on both sides; where there are none on one, as at the end of what a number may be, one-sided ones with those between.
+fn difference(
+    beside: [Option<Vec<f64>>; 2],
+    between: impl FnOnce() -> Result<Option<Vec<f64>>, OrbitError>,
+    width: f64,
+) -> Result<Option<Vec<f64>>, OrbitError> {
+    let of = |low: &[f64], high: &[f64], span: f64| -> Vec<f64> {
+        low.iter().zip(high).map(|(low, high)| (high - low) / span).collect()
+    };
+    Ok(match beside {
+        [Some(low), Some(high)] => Some(of(&low, &high, 2.0 * width)),
+        [Some(low), None] => between()?.map(|here| of(&low, &here, width)),
+        [None, Some(high)] => between()?.map(|here| of(&here, &high, width)),
+        [None, None] => None,
+    })
 }
 
 /// Two directions of a plane, the first without a share in the last unknown.
