@@ -314,9 +314,9 @@ fn ranges_may_be_what_they_are() {
     assert!(from_zero[0].value.iter().all(|v| *v >= 0.0) && from_zero[0].value.len() > 5);
     assert_eq!(from_zero[0].at("start").1, 0.0);
     let narrow = &curves(&text, "fold", "contact.stiffness=10,40")[0];
-    let wide = &curves(&text, "fold", "contact.stiffness=10,1e6")[0];
+    let wide = &curves(&text, "fold", "contact.stiffness=10,1e4")[0];
     near(narrow.ends()[0], wide.ends()[0], 1e-9);
-    assert!(wide.value.iter().any(|v| *v > 1e5), "{:?}", wide.value.last());
+    near(wide.value[wide.value.len() - 1], 1e4, 1e-12);
     let folder = TempDir::new().unwrap();
     let low = curves_in(&folder, &text, "fold", "contact.stiffness=19,21", &[]);
     assert_eq!(low.len(), 2);

@@ -323,13 +323,14 @@ fn through(
     let nothing = |why: &str| (vec![], why.to_owned());
     let mut sides: [(Vec<CurvePoint>, String); 2] =
         [nothing("interrupted"), nothing("interrupted")];
-    let (mut closed, mut stopped, mut node) = (false, false, None);
+    let (mut closed, mut stopped, mut meets, mut node) = (false, false, false, None);
     for (side, direction) in [1.0, -1.0].into_iter().enumerate() {
         if closed || stopped {
             break;
         }
         // the start itself stands on the other side
-        if if side == 0 { value >= range.1 } else { value <= range.0 } {
+        let is_end = [value >= range.1, value <= range.0][side];
+        if is_end {
             sides[side] = nothing("end of the range");
             continue;
         }
@@ -354,6 +355,7 @@ fn through(
             if stopped || met.len() >= TOGETHER { Go::Break(()) } else { Go::Continue(()) }
         });
         let runs_on = (met.len() >= TOGETHER).then(|| met[0]);
+        meets |= runs_on.is_some();
         points.truncate(points.len() - if runs_on.is_some() { TOGETHER - 1 } else { 0 });
         let why = match (closed, stopped, ended) {
             (true, ..) => "comes back to its start".to_owned(),
@@ -370,7 +372,10 @@ fn through(
     let [(up, above), (down, below)] = sides;
     // from one end to the other, the start once
     let again = usize::from(!up.is_empty());
-    let points = down.into_iter().skip(again).rev().chain(up).collect();
+    let points: Vec<CurvePoint> = down.into_iter().skip(again).rev().chain(up).collect();
+    if meets && points.len() <= TOGETHER {
+        return Ok(Found::Known);
+    }
     let below = if closed { above.clone() } else { below };
     Ok(Found::Curve(Curve { periods: start.periods, node, points, ends: [below, above], closed }))
 }

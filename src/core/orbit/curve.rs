@@ -25,7 +25,7 @@ use crate::continuation::{
 };
 use crate::records::{CurveOf, CurvePointKind};
 
-/// Half the width of differences by the parameter, over its unit.
+/// Half the width of differences by the parameter, over its size.
 const BESIDE: f64 = 1e-7;
 /// The same along the tangent plane, over the size of the unknowns.
 const ALONG: f64 = 1e-7;
@@ -179,13 +179,18 @@ impl<'a> Curve<'a> {
         Ok(Some((at, g)))
     }
 
+    /// What a value counts for: itself, or a part of the unit where it is near zero.
+    fn size(&self, value: f64) -> f64 {
+        value.abs().max(LEAST * self.unit)
+    }
+
     /// By the parameter: `R_p`.
     fn by_value(
         &mut self,
         (base, value): (&[f64], f64),
         at: &Linear,
     ) -> Result<Option<Vec<f64>>, OrbitError> {
-        let width = BESIDE * self.unit;
+        let width = BESIDE * self.size(value);
         let mut beside = |s: f64| -> Result<Option<Vec<f64>>, OrbitError> {
             let there = tolerate(self.linear(base, value + s * width, false))?.flatten();
             Ok(there.map(|there| there.r))
@@ -201,7 +206,7 @@ impl<'a> Curve<'a> {
         units: &[f64],
     ) -> Result<Option<Vec<f64>>, OrbitError> {
         let last = base.len();
-        let width = BESIDE * self.unit;
+        let width = BESIDE * self.size(value);
         let mut step =
             ALONG * norm(&base.iter().zip(units).map(|(x, u)| x / u).collect::<Vec<_>>());
         // where a step as long as that leads to another body, to one of those that are there
@@ -687,7 +692,7 @@ impl Family for Curve<'_> {
         let size = norm(&x[..n]).max(1e-300);
         let m = self.of_orbit();
         let (omega, value) = (x[m], x[x.len() - 1]);
-        let of_value = value.abs().max(LEAST * self.unit);
+        let of_value = self.size(value);
         let mut weights = vec![1.0 / (size * size); n];
         weights.resize(m, 0.0);
         weights.push(4.0 / (omega * omega));
