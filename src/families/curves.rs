@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::iter;
 
-use super::FamilyError;
 use super::follow::{BranchTask, response};
 use super::known::Known;
 use super::parameters::{of_equations, without_start};
+use super::{FamilyError, state_of};
 use crate::contact::{State, System};
 use crate::continuation::{Go, Options};
 use crate::orbit::along::Start as From;
@@ -116,11 +116,9 @@ pub fn of_family<'p>(
 
 /// Those among the points of a branch.
 fn starts(system: &System, of: CurveOf, points: &[PointRecord], periods: usize) -> Vec<Start> {
-    let n_o = system.body.nodal_dofs().n_o;
     let begin = |p: &PointRecord, contact: Option<usize>| -> Option<Start> {
         let orbit = p.orbit.as_ref()?;
-        let of = |x: &[f64]| system.body.coordinates(&x[..n_o]).into_owned();
-        let state = State { u: of(&orbit.u0), v: of(&orbit.v0) };
+        let state = state_of(system, orbit);
         Some(Start { near: vec![(p.omega, state)], periods, contact, amplitude: orbit.amplitude })
     };
     if of == CurveOf::Peak {

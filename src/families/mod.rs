@@ -38,9 +38,10 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::contact::{State, System};
 use crate::hbm::HbmError;
 use crate::orbit::OrbitError;
-use crate::records::{BranchEnd, EndReason};
+use crate::records::{BranchEnd, EndReason, OrbitRecord};
 use crate::store::StoreError;
 
 /// A family cannot be opened, or a branch of it not computed.
@@ -94,6 +95,13 @@ pub enum FamilyError {
 /// The end of a branch.
 fn ended(branch: usize, reason: EndReason, text: impl Into<String>, complete: bool) -> BranchEnd {
     BranchEnd { branch, reason, text: text.into(), complete, peaks: vec![] }
+}
+
+/// The state of an orbit as a family keeps it, in the coordinates of its body.
+fn state_of(system: &System, orbit: &OrbitRecord) -> State {
+    let n_o = system.body.nodal_dofs().n_o;
+    let of = |x: &[f64]| system.body.coordinates(&x[..n_o]).into_owned();
+    State { u: of(&orbit.u0), v: of(&orbit.v0) }
 }
 
 /// Numbers of so many things, as one.

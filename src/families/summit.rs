@@ -1,7 +1,6 @@
 //! The peaks of a response that is followed: between the orbits of its branch, exactly.
 
-use super::FamilyError;
-use crate::contact::State;
+use super::{FamilyError, state_of};
 use crate::orbit::Propagator;
 use crate::orbit::peak::peak_near;
 use crate::records::{Peak, PointRecord, summits};
@@ -19,9 +18,7 @@ pub(super) fn peaks(
     for (rough, around) in summits(branch, row) {
         let [before, at, behind] = around.map(|k| orbits[k]);
         let bounds = (before.0.min(behind.0), before.0.max(behind.0));
-        let n_o = body.system.body.nodal_dofs().n_o;
-        let of = |x: &[f64]| body.system.body.coordinates(&x[..n_o]).into_owned();
-        let state = State { u: of(&at.1.u0), v: of(&at.1.v0) };
+        let state = state_of(&body.system, at.1);
         let exact = match bounds.0 < at.0 && at.0 < bounds.1 {
             true => peak_near(body, &state, at.0, bounds)?,
             false => None,

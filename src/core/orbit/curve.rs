@@ -17,7 +17,7 @@ use super::section::later;
 use super::segments::Segments;
 use super::shooting::Closure;
 use super::values::{Bodies, Make};
-use super::{OrbitError, tolerate};
+use super::{OrbitError, rounding_of, tolerate};
 use crate::contact::State;
 use crate::continuation::{
     Family, Go, Judgement, Options, Place, Special, Stop, Units, apart, correct, dot, follow, norm,
@@ -297,15 +297,16 @@ impl<'a> Curve<'a> {
             let Some(with_times) = self.read(&base, value, contact)? else { return Ok(None) };
             base = with_times;
         }
-        self.borders = None;
-        let Some(at) = tolerate(self.linear(&base, value, true))?.flatten() else {
-            return Ok(None);
-        };
-        let mut x = base;
+        let mut theta = None;
         if self.of == CurveOf::Torus {
-            let Some(theta) = angle(&self.less_one(&at))? else { return Ok(None) };
-            x.push(theta);
+            let at = tolerate(self.linear(&base, value, true))?.flatten();
+            theta = at.map(|at| angle(&self.less_one(&at))).transpose()?.flatten();
+            if theta.is_none() {
+                return Ok(None);
+            }
         }
+        let mut x = base;
+        x.extend(theta);
         x.push(value);
         let mut c = vec![0.0; x.len()];
         *c.last_mut().unwrap_or(&mut 0.0) = 1.0;
@@ -684,7 +685,7 @@ impl Family for Curve<'_> {
 
     fn rounding(&self, x: &[f64]) -> f64 {
         let n = 2 * self.bodies.frame.n();
-        2e-14 * norm(&x[..n]).max(1e-300) * (1.0 + (n as f64).sqrt() * 0.1)
+        rounding_of(&x[..n])
     }
 
     fn weights(&self, x: &[f64]) -> Vec<f64> {

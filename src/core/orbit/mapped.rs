@@ -13,7 +13,7 @@ use super::credentials::{Orbit, examine};
 use super::grazing::{self, Coming, Ghost, from_to};
 use super::section::{Section, later};
 use super::shooting::{Closure, image, jacobian};
-use super::{OrbitError, OrbitFamily, tolerate};
+use super::{OrbitError, OrbitFamily, rounding_of, tolerate};
 use crate::continuation::{self, Family, Judgement, Place, Units, norm};
 
 /// A family of damped orbits of one body: viscous nonlinear modes, or forced.
@@ -339,7 +339,7 @@ impl Family for Mapped<'_> {
 
     fn rounding(&self, x: &[f64]) -> f64 {
         let n = self.closure.sizes(self.body.n()).1;
-        2e-14 * norm(&x[..n]).max(1e-300) * (1.0 + (n as f64).sqrt() * 0.1)
+        rounding_of(&x[..n])
     }
 
     fn weights(&self, x: &[f64]) -> Vec<f64> {

@@ -91,7 +91,7 @@ pub use segments::Segments;
 pub use shooting::Closure;
 
 use crate::contact::ContactError;
-use crate::continuation::{Family, Place};
+use crate::continuation::{Family, Place, norm};
 use crate::event::Outcome;
 use crate::fem::FemError;
 
@@ -173,6 +173,11 @@ impl OrbitError {
                 | OrbitError::Value(..)
         )
     }
+}
+
+/// Size of the residual of an orbit that is rounding error, from its state as a frame vector.
+fn rounding_of(z: &[f64]) -> f64 {
+    2e-14 * norm(z).max(1e-300) * (1.0 + (z.len() as f64).sqrt() * 0.1)
 }
 
 /// Nothing, where an error is that of one motion.

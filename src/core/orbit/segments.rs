@@ -17,7 +17,7 @@ use super::shooting::Closure;
 use super::tangent::Variation;
 use super::touch::{Minima, Touch};
 use super::walk::Walk;
-use super::{OrbitError, OrbitFamily};
+use super::{OrbitError, OrbitFamily, rounding_of};
 use crate::contact::PointState;
 use crate::continuation::{Family, Units, norm};
 
@@ -167,7 +167,7 @@ impl Family for Segments<'_> {
 
     fn rounding(&self, x: &[f64]) -> f64 {
         let n = self.closure.unknowns(self.body.n());
-        2e-14 * norm(&x[..n]).max(1e-300) * (1.0 + (n as f64).sqrt() * 0.1)
+        rounding_of(&x[..n])
     }
 
     fn weights(&self, x: &[f64]) -> Vec<f64> {
