@@ -2,7 +2,7 @@
 
 use std::process::Output;
 
-use crate::common::{program, root};
+use crate::common::{program, refused, root};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -13,13 +13,6 @@ fn run(arguments: &[&str]) -> Output {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!text.contains("panicked"), "{arguments:?}: {text}");
     output
-}
-
-fn refused(arguments: &[&str], words: &str) {
-    let output = run(arguments);
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-    assert!(text.contains(words), "{arguments:?}: {text}");
 }
 
 fn json(arguments: &[&str]) -> Value {

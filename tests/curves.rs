@@ -3,16 +3,11 @@
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{json, run, with_unit_matrix as written};
+use crate::common::{elastic_stop, json, run, with_unit_matrix as written};
 
-/// One displacement: M = K = B = 1, an elastic stop, a load.
+/// One displacement before an elastic stop.
 fn oscillator(load: f64, stiffness: f64, gap: f64, range: [f64; 2]) -> String {
-    format!(
-        "title = \"oscillator\"\n[body]\nkind = \"matrices\"\nmass_matrix = \"one.mtx\"\nstiffness_matrix = \"one.mtx\"\n\
-         [contact]\ndisplacements = [0]\ngap = {gap:?}\nmethod = \"penalty\"\nstiffness = {stiffness:?}\n\
-         [damping]\nrayleigh = [0.1, 0.0]\n[[load]]\nkind = \"force\"\ndisplacement = 0\namplitude = {load:?}\nomega = 1.3\n\
-         [orbit]\nrange = {range:?}\n"
-    )
+    elastic_stop((load, 1.3), stiffness, gap, range)
 }
 
 const WIDE: [f64; 2] = [0.8, 1.6];

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{datasets, hdf5_files, json, run};
+use crate::common::{datasets, hdf5_files, json, refused, run};
 use serde_json::Value;
 use signorini::records::Changed;
 use signorini::store::StoredFamily;
@@ -27,13 +27,6 @@ impl Folder {
         std::fs::write(self.at(name), text).unwrap();
         self.at(name)
     }
-}
-
-fn refused(arguments: &[&str], words: &str) {
-    let output = run(arguments);
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-    assert!(text.contains(words), "{arguments:?}: {text}");
 }
 
 #[test]

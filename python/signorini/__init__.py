@@ -10,15 +10,18 @@ have the names of the JSON keys of the command line, arrays as NumPy arrays; ``o
 are values; bad input is a ``SceneError`` with file, line and key. Units are those of the scene.
 """
 
-from ._commands import backbone, compare, crosscheck, curve, modes, orbit, orbits, response, run
+from ._commands import backbone, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, response, run
 from ._errors import FileError, NumericsError, SceneError, SignoriniError
 from ._files import Group
 from ._mesh import Mesh
 from ._results import (
+    Attractor,
+    Basins,
     Comparison,
     Crosscheck,
     Curve,
     Curves,
+    Diagram,
     Family,
     Modes,
     Orbit,
@@ -33,10 +36,13 @@ from ._scene import Scene
 from ._signorini import __version__
 
 __all__ = [
+    "Attractor",
+    "Basins",
     "Comparison",
     "Crosscheck",
     "Curve",
     "Curves",
+    "Diagram",
     "Family",
     "FileError",
     "Group",
@@ -54,9 +60,11 @@ __all__ = [
     "Verdict",
     "__version__",
     "backbone",
+    "basins",
     "compare",
     "crosscheck",
     "curve",
+    "diagram",
     "modes",
     "open",
     "orbit",

@@ -19,7 +19,7 @@ from . import _signorini
 from ._errors import SceneError
 from ._files import Store, scratch
 from ._progress import Progress, Shown
-from ._results import Comparison, Crosscheck, Curves, Family, Modes, Orbit, OrbitFound, Result, Run, Verdict, load
+from ._results import Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, Result, Run, Verdict, load
 from ._scene import Scene, ScenePath, as_scene
 
 AnyScene = Union[Scene, ScenePath, Mapping[str, Any]]
@@ -333,6 +333,14 @@ def response(
     return result
 
 
+def _over(over: Mapping[str, tuple[float, float]]) -> str:
+    """A key with its range as the command line has it."""
+    if len(over) != 1:
+        raise SceneError("over: give one key with its range: {'contact.gap': (0.5, 2)}")
+    [(key, ends)] = over.items()
+    return f"{key}={_list(ends)}"
+
+
 def curve(
     scene: AnyScene,
     of: str,
@@ -361,14 +369,72 @@ def curve(
     held = response
     if isinstance(response, Result):
         response = response.path
-    if len(over) != 1:
-        raise SceneError("over: give one key with its range: {'contact.gap': (0.5, 2)}")
-    [(key, ends)] = over.items()
-    options = {"of": of, "over": f"{key}={_list(ends)}", "range": range, "response": response, "ratio": ratio}
+    options = {"of": of, "over": _over(over), "range": range, "response": response, "ratio": ratio}
     options |= {"step": step, "points": points, "force": force}
     result = _result(*_to_file("curve", scene, output, options, progress))
     del held
     return result
+
+
+def basins(
+    scene: AnyScene,
+    output: Output = None,
+    *,
+    plane: Mapping[str, float | tuple[float, float]] | None = None,
+    size: int | None = None,
+    samples: int | None = None,
+    seed: int | None = None,
+    omega: float | None = None,
+    ratio: float | None = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+) -> Basins:
+    """From which states a forced body comes to which of its attractors, and the shares of their basins.
+
+    Args:
+        plane: coordinates of the states with their ranges, or with one value for all [default: ``{"q1": (-3, 3), "v1": (-3, 3)}``]: ``qK`` is the
+            amplitude of mode K of the open body, 1 where the first contact point grazes, ``vK`` its velocity over its frequency.
+        size: cells along each of two axes [default: 50].
+        samples, seed: in place of cells so many states, drawn uniformly.
+        omega: circular frequency of the loads [default: that of ``[orbit]``, or of the load].
+        ratio: damping ratio [default: that of the scene].
+        output, resume, force, progress: as for ``run``.
+    """
+    axes = None if plane is None else _Again(f"{name}={_list(ends)}" for name, ends in plane.items())
+    options = {"plane": axes, "size": size, "samples": samples, "seed": seed, "omega": omega, "ratio": ratio}
+    options |= {"resume": resume, "force": force}
+    return _result(*_to_file("basins", scene, output, options, progress))
+
+
+def diagram(
+    scene: AnyScene,
+    over: Mapping[str, tuple[float, float]],
+    output: Output = None,
+    *,
+    steps: int | None = None,
+    way: str | None = None,
+    dwell: int | None = None,
+    omega: float | None = None,
+    ratio: float | None = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+) -> Diagram:
+    """A bifurcation diagram: what a forced body settles to while a number of its scene goes up, or down.
+
+    Args:
+        over: the key of the number, and its range: ``{"contact.gap": (0.5, 2)}``.
+        steps: from one end of the range to the other [default: 200]; changes between two values are closed in on.
+        way: "up", "down" or "both" [default: "up"].
+        dwell: so many periods of the loads at each value, without waiting until the body has settled.
+        omega: circular frequency of the loads [default: that of ``[orbit]``, or of the load].
+        ratio: damping ratio [default: that of the scene].
+        output, resume, force, progress: as for ``run``.
+    """
+    options = {"over": _over(over), "steps": steps, "way": way, "dwell": dwell, "omega": omega, "ratio": ratio}
+    options |= {"resume": resume, "force": force}
+    return _result(*_to_file("diagram", scene, output, options, progress))
 
 
 def crosscheck(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._results import Comparison, Crosscheck, Curves, Family, Orbit, Result, Run
+from ._results import Basins, Comparison, Crosscheck, Curves, Diagram, Family, Orbit, Result, Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ def draw(result: Result, **options: Any) -> Figure:
             self.savefig(image, format="png", dpi=110)
             return image.getvalue()
 
-    drawn = [(Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Family, _family), (Orbit, _orbit), (Run, _run)]
+    drawn = [(Basins, _basins), (Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Diagram, _diagram), (Family, _family), (Orbit, _orbit), (Run, _run)]
     for kind, of in drawn:
         if isinstance(result, kind):
             return of(Shown, result, **options)
@@ -43,6 +43,40 @@ def _clean(axes: Axes, x: str, y: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def _basins(figure: type[Figure], basins: Basins) -> Figure:
+    shown = figure(figsize=(7, 5.5), layout="constrained")
+    axes = shown.subplots()
+    free = [k for k, (low, high) in enumerate(basins.range) if low < high]
+    x, y = free[0], free[min(1, len(free) - 1)]
+    for k in np.unique(basins.attractor):
+        colour = COLOURS[k % len(COLOURS)] if k >= 0 else "0.6"
+        of = basins.starts[basins.attractor == k]
+        name = repr(basins[int(k)])[1:-1].removeprefix("Attractor: ") if k >= 0 else f"code {k}"
+        axes.plot(of[:, x], of[:, y], "s" if basins.size else "o", ms=3, color=colour, alpha=0.45, mew=0, label=name)
+    for k, attractor in enumerate(basins):
+        axes.plot(attractor.at[:, x], attractor.at[:, y], "o", ms=3, color=COLOURS[k % len(COLOURS)])
+    axes.legend(frameon=False)
+    _clean(axes, basins.axes[x], basins.axes[y])
+    axes.set_title(f"{basins.title}: basins at {basins.omega:.6g}", loc="left")
+    return shown
+
+
+def _diagram(figure: type[Figure], diagram: Diagram) -> Figure:
+    shown = figure(figsize=(7, 6), layout="constrained")
+    depths, exponents = shown.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    lead = int(np.argmax(np.nanmax(diagram.peak - diagram.trough, axis=0)))
+    for sign, colour in [(1, COLOURS[0]), (-1, COLOURS[1])]:
+        rows = diagram.direction == sign
+        dots = rows[diagram.points_of]
+        depths.plot(diagram.value[diagram.points_of[dots]], diagram.least[dots, lead], ".", ms=3, color=colour)
+        exponents.plot(diagram.value[rows], diagram.lyapunov[rows], ".", ms=3, color=colour)
+    exponents.axhline(0, color="0.3", lw=0.8)
+    _clean(depths, "", "least contact displacement in each period")
+    _clean(exponents, diagram.key, "largest exponent a period")
+    depths.set_title(f"{diagram.title}: over {diagram.key} at {diagram.omega:.6g}", loc="left")
+    return shown
 
 
 def _curves(figure: type[Figure], curves: Curves) -> Figure:

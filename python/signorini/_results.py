@@ -781,6 +781,125 @@ class Curves(Result):
         return f"{self.title!r}: {self.status}, {len(self)} curves of {self.of} over {self.key}"
 
 
+class Attractor(Group):
+    """What a forced body does in the long run.
+
+    ``kind`` ("periodic", "quasi-periodic", "chaotic"), ``period_number``, ``lyapunov`` and ``lyapunov_error`` (a period of the loads), ``amplitude``, ``force``,
+    ``energy``, ``switches``; ``share`` of the states that lead here with ``share_error`` and the interval of 95 %, ``share_low`` to ``share_high``; ``at`` [s, axes]: its states
+    at phase zero of the loads in the coordinates of the basins; ``u0``, ``v0`` [p, N]: displacements and velocities there.
+    """
+
+    @property
+    def period_number(self) -> int:
+        """Periods of the loads in one of an orbit, else 0."""
+        return int(self["period_number"])
+
+    def __repr__(self) -> str:
+        name = f"period {self.period_number}" if self.period_number else self["kind"]
+        return f"<Attractor: {name}, share {self['share']:.3f}>"
+
+
+class Basins(Result):
+    """From which states a forced body comes to which of its attractors.
+
+    Attributes:
+        omega: circular frequency of the loads.
+        starts: coordinates of the states [n, axes], in the order of ``axes``; ``range`` [axes, 2].
+        attractor: number of the attractor that each state leads to [n]; -1: not settled, -2: unbounded, -3: lost, -4: inside an obstacle, -9: not computed.
+        maps: periods of the loads that it took to tell [n].
+
+    ``basins[k]`` is an ``Attractor``; ``for attractor in basins`` goes through all.
+    """
+
+    omega: float
+    starts: np.ndarray
+    range: np.ndarray
+    maps: np.ndarray
+    wall_s: float
+
+    def _groups(self) -> list[str]:
+        return ["basins"]
+
+    @property
+    def axes(self) -> list[str]:
+        """Names of the coordinates."""
+        return self["basins"]["axes"].split()
+
+    @property
+    def size(self) -> int | None:
+        """Cells along each axis; None of states that were drawn."""
+        return int(self["basins"]["size"]) if "size" in self["basins"] else None
+
+    @property
+    def attractor(self) -> np.ndarray:
+        return self["basins"]["attractor"]
+
+    @property
+    def grid(self) -> np.ndarray:
+        """``attractor`` as a table [second axis, first axis], of cells."""
+        if self.size is None:
+            raise ValueError("the states were drawn: they lie on no grid")
+        return self.attractor.reshape(self.size, self.size)
+
+    def __len__(self) -> int:
+        return sum(name.isdecimal() for name in self["attractors"].keys())
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, (int, np.integer)):
+            k = int(key) + (len(self) if key < 0 else 0)
+            if not 0 <= k < len(self):
+                raise IndexError(f"attractor {key} of {len(self)}")
+            return Attractor(self._store, f"attractors/{k}")
+        return super().__getitem__(key)
+
+    def __iter__(self) -> Iterator[Attractor]:
+        return (self[k] for k in range(len(self)))
+
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}, {len(self.attractor)} states, {len(self)} attractors"
+
+
+class Diagram(Result):
+    """What a forced body settles to while a number of its scene goes up, or down, a row a value.
+
+    Attributes:
+        key: key of the number in the scene; ``range``, its range; ``omega``, circular frequency of the loads.
+        value, direction (1: up, -1: down), special [n]; kind, period_number, lyapunov, lyapunov_error, amplitude, force, energy, switches [n]; peak,
+            trough [n, n_C].
+        least [m, n_C]: least contact displacements of each period, ``points`` those at phase zero of the loads; ``points_of`` [m], the row that each
+            belongs to.
+    """
+
+    key: str
+    range: np.ndarray
+    value: np.ndarray
+    direction: np.ndarray
+    special: np.ndarray
+    kind: np.ndarray
+    period_number: np.ndarray
+    lyapunov: np.ndarray
+    amplitude: np.ndarray
+    force: np.ndarray
+    least: np.ndarray
+    points: np.ndarray
+    points_of: np.ndarray
+    wall_s: float
+
+    def _groups(self) -> list[str]:
+        return ["diagram", "sweep"]
+
+    @property
+    def omega(self) -> float:
+        """Circular frequency of the loads."""
+        return float(self["diagram"]["omega"])
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}, {len(self)} values of {self.key}"
+
+
 class Comparison(Result):
     """Contact methods, meshes and parameters side by side, one row each; its columns by name [rows].
 
@@ -833,7 +952,7 @@ class Modes:
         return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"
 
 
-AnyResult = Union[Run, Orbit, Family, Crosscheck, Curves, Comparison]
+AnyResult = Union[Run, Orbit, Family, Crosscheck, Curves, Diagram, Basins, Comparison]
 
 
 def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
@@ -841,6 +960,8 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
     names = dict(_signorini.entries(fspath(store.path), ""))
     kinds: list[tuple[str, type]] = [
         ("comparison", Comparison),
+        ("basins", Basins),
+        ("diagram", Diagram),
         ("curves", Curves),
         ("crosscheck", Crosscheck),
         ("backbone", Family),
@@ -854,7 +975,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
 
 
 def open(path: str | PathLike[str]) -> AnyResult:
-    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Curves`` or ``Comparison``.
+    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Curves``, ``Diagram``, ``Basins`` or ``Comparison``.
 
     Raises:
         FileNotFoundError: there is none.

@@ -185,6 +185,34 @@ def test_curves_are_those_of_the_command(command, tmp_path):
         sg.curve("scenarios/driven-stop.toml", "fold", {"load[0].amplitude": (0.2, 0.3)})
 
 
+def test_basins_are_those_of_the_command(command, tmp_path):
+    words = ["basins", "scenarios/two-mass-stop.toml", "--omega", "0.7", "--size", "6", "--json", "-o", tmp_path / "b.h5"]
+    said = json.loads(subprocess.run([command, *words], check=True, capture_output=True).stdout)
+    for b in [sg.basins("scenarios/two-mass-stop.toml", omega=0.7, size=6), sg.open(tmp_path / "b.h5")]:
+        assert (b.axes, b.size, b.omega, len(b)) == (["q1", "v1"], 6, 0.7, len(said["attractors"])) and len(b) == 2
+        assert b.grid.shape == (6, 6) and b.starts.shape == (36, 2) and b.maps.sum() == said["maps"]
+        assert b.starts[1, 0] > b.starts[0, 0] and b.starts[1, 1] == b.starts[0, 1]
+        for k, (attractor, of) in enumerate(zip(b, said["attractors"])):
+            assert (b.attractor == k).sum() == of["count"] and attractor.share == of["share"]
+            assert attractor.period_number == 1 and attractor.u0.shape == (1, 2) and attractor.at.shape == (1, 2)
+    assert b.plot() is not None
+    drawn = sg.basins("scenarios/two-mass-stop.toml", omega=0.7, plane={"q1": (-2, 2), "q2": (-1, 1), "v1": 0.5}, samples=20, seed=5)
+    assert drawn.size is None and (drawn.starts[:, 2] == 0.5).all() and drawn["basins"]["seed"] == "5"
+    with pytest.raises(sg.SceneError, match="two for a plane"):
+        sg.basins("scenarios/two-mass-stop.toml", omega=0.7, plane={"q1": (-2, 2)})
+
+
+def test_a_diagram_is_that_of_the_command(command, tmp_path):
+    words = ["diagram", "scenarios/two-mass-stop.toml", "--omega", "0.7", "--over", "load[0].amplitude=0.05,0.4", "--steps", "6", "--way", "both", "--json"]
+    said = json.loads(subprocess.run([command, *words, "-o", tmp_path / "d.h5"], check=True, capture_output=True).stdout)
+    over = {"load[0].amplitude": (0.05, 0.4)}
+    for d in [sg.diagram("scenarios/two-mass-stop.toml", over, omega=0.7, steps=6, way="both"), sg.open(tmp_path / "d.h5")]:
+        assert d.key == "load[0].amplitude" and d.omega == 0.7 and len(d) == len(said["value"]) >= 14
+        assert d.value.tolist() == said["value"] and d.lyapunov.tolist() == said["lyapunov"] and list(d.kind) == said["kind"]
+        assert d.direction.tolist() == said["direction"] and d.least.shape[1] == 1
+    assert d.plot() is not None
+
+
 def test_exponents_of_a_run():
     r = sg.run("scenarios/driven-stop.toml", lyapunov=2, lyapunov_periods=50)
     assert r.lyapunov.growths.shape == (50, 2)

@@ -290,6 +290,8 @@ fn kind(path: &Path) -> &'static str {
         Ok(Content::Run) => "a run",
         Ok(Content::Orbit) => "an orbit",
         Ok(Content::Family) => "a family by shooting",
+        Ok(Content::Basins) => "basins",
+        Ok(Content::Diagram) => "a bifurcation diagram",
         Ok(Content::Curves) => "curves",
         Ok(Content::Comparison) => "`compare`",
         Ok(Content::Study) => "a study",

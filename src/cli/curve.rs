@@ -13,13 +13,13 @@ use signorini::orbit::Closure;
 use signorini::problem::Problem;
 use signorini::records::{Curve, CurveOf, Curves, Status};
 use signorini::report::summary::significant;
-use signorini::scenario::{Change, Issue, Scene};
+use signorini::scenario::{Issue, Scene};
 use signorini::store::{StoredCurves, StoredFamily, read_curves, write_curves};
 
 use super::doublings;
 use super::family::{self, Output};
 use super::progress::Bar;
-use super::ratios::with_ratios;
+use super::ratios::one_ratio;
 use super::response::first_orbit;
 use super::task::{Files, Task, Work};
 use super::{Answer, CliError, Global, load, plain, title};
@@ -95,7 +95,7 @@ pub struct Request {
 }
 
 /// `KEY=LOW,HIGH`
-fn over(text: &str) -> Result<(String, (f64, f64)), CliError> {
+pub(super) fn over(text: &str) -> Result<(String, (f64, f64)), CliError> {
     let refuse = || {
         let help =
             "give a key of the scene and its range, the lower end first: load[0].amplitude=0.5,2";
@@ -107,26 +107,6 @@ fn over(text: &str) -> Result<(String, (f64, f64)), CliError> {
     match ends.as_deref() {
         Some(&[low, high]) if low < high => Ok((key.trim().to_owned(), (low, high))),
         _ => Err(refuse()),
-    }
-}
-
-impl Arguments {
-    /// The scene with one damping ratio in percent, or with its own damping.
-    fn one_damping(&self, scene: &Scene) -> Result<(Option<f64>, Scene), CliError> {
-        let given = self.ratio.map(|ratio| vec![ratio]);
-        let mut scenes = with_ratios(scene, given.as_deref())?;
-        if scenes.len() > 1 {
-            let text =
-                "the scene has several damping ratios in [orbit]: give one of them with --ratio";
-            return Err(CliError::Input(text.into()));
-        }
-        let one = scenes.pop().ok_or_else(|| CliError::Input("no damping ratio".into()))?;
-        let Some(ratio) = one.1.damping.as_ref().and_then(|d| d.ratio).filter(|_| one.0.is_some())
-        else {
-            return Ok(one);
-        };
-        // as it would stand in the file: scenes beside are made from its text
-        Ok((one.0, scene.with(&[Change::set("damping.ratio", format!("{ratio:?}"))])?))
     }
 }
 
@@ -149,7 +129,7 @@ impl Task for Arguments {
             return Err(CliError::Input(text));
         }
         let (key, range) = over(&self.over)?;
-        let (percent, scene) = self.one_damping(&work.scene)?;
+        let (percent, scene) = one_ratio(&work.scene, self.ratio)?;
         work.scene = scene;
         let problem = load::warned(&work.scene, work.global)?;
         let problem = family::reduce_if_large(work.global, &mut work.scene, problem)?;

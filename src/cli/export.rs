@@ -6,10 +6,10 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use signorini::report::export::{self, ExportError, Plan, Selection, Written};
-use signorini::report::{comparison, crosscheck, families, plane};
+use signorini::report::{basins, comparison, crosscheck, diagram, families, plane};
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, content, read_comparison, read_crosscheck, read_curves,
-    replace,
+    Content, Outputs, Stored, StoredFamily, content, read_basins, read_comparison, read_crosscheck,
+    read_curves, read_diagram, replace,
 };
 
 use super::{Answer, CliError, Global};
@@ -99,7 +99,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     }
     let (written, states) = if matches!(
         content(&arguments.file)?,
-        Content::Family | Content::Comparison | Content::Curves
+        Content::Family
+            | Content::Comparison
+            | Content::Curves
+            | Content::Basins
+            | Content::Diagram
     ) {
         (table(arguments, &outputs, &stem)?, None)
     } else {
@@ -196,6 +200,8 @@ fn table(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Writte
     let path = export::table(stem);
     outputs.check_derived(&path)?;
     let text = match content(&arguments.file)? {
+        Content::Basins => basins::csv(&read_basins(&arguments.file)?),
+        Content::Diagram => diagram::csv(&read_diagram(&arguments.file)?),
         Content::Curves => plane::csv(&read_curves(&arguments.file)?),
         Content::Comparison => comparison::csv(&read_comparison(&arguments.file)?.comparison),
         _ => match read_crosscheck(&arguments.file)? {

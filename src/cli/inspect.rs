@@ -17,7 +17,9 @@ use signorini::store::{
     read_comparison, read_crosscheck, read_origin, read_raw, read_stored_orbit,
 };
 
-use super::{Answer, CliError, Global, curve, inspect_matrix, inspect_mesh, inspect_scene};
+use super::{
+    Answer, CliError, Global, basins, curve, diagram, inspect_matrix, inspect_mesh, inspect_scene,
+};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
@@ -117,6 +119,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     }
     match content(&arguments.file)? {
         Content::Family => return family(arguments, global),
+        Content::Basins => return basins::inspect(&arguments.file, arguments.scene, global),
+        Content::Diagram => return diagram::inspect(&arguments.file, arguments.scene, global),
         Content::Curves => return curve::inspect(&arguments.file, arguments.scene, global),
         Content::Comparison => return compared(arguments, global),
         Content::Study => return study(arguments, global),

@@ -6,11 +6,13 @@
 mod answer;
 mod backbone;
 mod balance;
+mod basins;
 mod caller;
 mod compare;
 mod crosscheck;
 mod curve;
 mod damped;
+mod diagram;
 mod doublings;
 mod error;
 mod export;
@@ -86,6 +88,10 @@ enum Command {
     Response(response::Arguments),
     /// Folds, doublings, Neimark–Sacker points, grazings and peaks of a response over a number of its scene
     Curve(curve::Arguments),
+    /// Basins of attraction: from which states of a plane the body comes to which attractor, and how large their shares are
+    Basins(basins::Arguments),
+    /// A bifurcation diagram: what a forced body settles to while a number of its scene goes up, or down
+    Diagram(diagram::Arguments),
     /// Harmonic-balance results against the equations in time: is each point a true motion?
     Crosscheck(crosscheck::Arguments),
     /// Pictures (SVG, PNG, PDF) of what a file holds
@@ -146,6 +152,8 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Backbone(a) => task::run(a, global),
         Command::Response(a) => task::run(a, global),
         Command::Curve(a) => task::run(a, global),
+        Command::Basins(a) => task::run(a, global),
+        Command::Diagram(a) => task::run(a, global),
         Command::Crosscheck(a) => task::run(a, global),
         Command::Plot(a) => plot::run(a, global),
         Command::View(a) => view::run(a, global),

@@ -10,10 +10,10 @@ use signorini::report::families;
 use signorini::report::figure::{self, Drawing, Style};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
-use signorini::report::plane;
+use signorini::report::{basins, diagram, plane};
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, beside, content, read_comparison, read_crosscheck,
-    read_curves, read_stored_orbit, read_switch_rates,
+    Content, Outputs, Stored, StoredFamily, beside, content, read_basins, read_comparison,
+    read_crosscheck, read_curves, read_diagram, read_stored_orbit, read_switch_rates,
 };
 
 use super::{Answer, CliError, Global, view};
@@ -197,6 +197,8 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
         Content::Family if checked.is_some() => families::check_names(),
         Content::Family => families::family_names(),
         Content::Comparison => vec!["comparison"],
+        Content::Basins => vec!["basins"],
+        Content::Diagram => vec!["diagram"],
         Content::Curves => vec!["curves"],
         Content::Study => {
             let text = "is of a study: `signorini study collect` draws it (--show), and `plot` the files of its tasks";
@@ -228,6 +230,14 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
     }
     if kind == Content::Comparison {
         let sheet = comparison::picture(&read_comparison(file)?.comparison)?;
+        return arguments.save(&[Drawing { stem, sheet }]);
+    }
+    if kind == Content::Basins {
+        let sheet = basins::picture(&read_basins(file)?)?;
+        return arguments.save(&[Drawing { stem, sheet }]);
+    }
+    if kind == Content::Diagram {
+        let sheet = diagram::picture(&read_diagram(file)?)?;
         return arguments.save(&[Drawing { stem, sheet }]);
     }
     if kind == Content::Curves {

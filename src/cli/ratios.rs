@@ -1,6 +1,6 @@
 //! Scenes with one damping ratio after the other.
 
-use signorini::scenario::{Issue, Scene};
+use signorini::scenario::{Change, Issue, Scene};
 
 use super::CliError;
 
@@ -35,4 +35,24 @@ pub(super) fn with_ratios(
         Ok((Some(100.0 * ratio), scene))
     };
     list.iter().map(with).collect()
+}
+
+/// The scene with one damping ratio, which is given in percent, or with its own damping.
+pub(super) fn one_ratio(
+    scene: &Scene,
+    ratio: Option<f64>,
+) -> Result<(Option<f64>, Scene), CliError> {
+    let given = ratio.map(|ratio| vec![ratio]);
+    let mut scenes = with_ratios(scene, given.as_deref())?;
+    if scenes.len() > 1 {
+        let text = "the scene has several damping ratios in [orbit]: give one of them with --ratio";
+        return Err(CliError::Input(text.into()));
+    }
+    let one = scenes.pop().ok_or_else(|| CliError::Input("no damping ratio".into()))?;
+    let Some(ratio) = one.1.damping.as_ref().and_then(|d| d.ratio).filter(|_| one.0.is_some())
+    else {
+        return Ok(one);
+    };
+    // as it would stand in the file: scenes beside are made from its text
+    Ok((one.0, scene.with(&[Change::set("damping.ratio", format!("{ratio:?}"))])?))
 }

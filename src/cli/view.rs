@@ -11,11 +11,11 @@ use signorini::problem::materials;
 use signorini::report::comparison;
 use signorini::report::figure::Style;
 use signorini::report::page::{self, View};
-use signorini::report::plane;
+use signorini::report::{basins, diagram, plane};
 use signorini::scenario::Scene;
 use signorini::store::{
-    Content, Outputs, Raw, Stored, StoredFamily, attributes, content, read_comparison, read_curves,
-    read_stored_orbit, replace,
+    Content, Outputs, Raw, Stored, StoredFamily, attributes, content, read_basins, read_comparison,
+    read_curves, read_diagram, read_stored_orbit, replace,
 };
 
 use super::progress::Bar;
@@ -78,6 +78,16 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
             let stored = read_comparison(file)?;
             let sheet = comparison::picture(&stored.comparison)?;
             View::picture(&name(file), &stored.comparison.title, &sheet.svg(&Style::default())?)
+        }
+        Content::Basins => {
+            let stored = read_basins(file)?;
+            let sheet = basins::picture(&stored)?;
+            View::picture(&name(file), &stored.title, &sheet.svg(&Style::default())?)
+        }
+        Content::Diagram => {
+            let stored = read_diagram(file)?;
+            let sheet = diagram::picture(&stored)?;
+            View::picture(&name(file), &stored.title, &sheet.svg(&Style::default())?)
         }
         Content::Curves => {
             let stored = read_curves(file)?;

@@ -68,6 +68,31 @@ pub fn value(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<f64, P
     Ok(value)
 }
 
+/// Refuse a range that has no scene at one of its ends.
+pub fn check_ends(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<(), ProblemError> {
+    of_equations(scene, key)?;
+    let still = without_start(scene)?;
+    for value in [low, high] {
+        Problem::new(&still.with_number(key, value)?, None)?;
+    }
+    Ok(())
+}
+
+/// What makes the system of a scene at a value of one of its numbers, which is `value` in the scene.
+pub(super) fn systems(
+    scene: &Scene,
+    key: &str,
+    value: f64,
+) -> Result<impl FnMut(f64) -> Result<System, OrbitError> + use<>, OrbitError> {
+    let still = without_start(scene).map_err(|e| OrbitError::Value(value, e.to_string()))?;
+    let key = key.to_owned();
+    Ok(move |value: f64| -> Result<System, OrbitError> {
+        let refused = |text: String| OrbitError::Value(value, text.replace('\n', " "));
+        let changed = still.with_number(&key, value).map_err(|e| refused(e.to_string()))?;
+        Ok(Problem::new(&changed, None).map_err(|e| refused(e.to_string()))?.system)
+    })
+}
+
 /// The orbits of a response, followed in a range, that are singled out.
 pub fn of_response(
     body: &mut Propagator,
@@ -243,12 +268,7 @@ pub fn follow(
         all: vec![],
         lost: vec![],
     };
-    let still = without_start(scene).map_err(|e| OrbitError::Value(value, e.to_string()))?;
-    let mut make = |value: f64| -> Result<System, OrbitError> {
-        let refused = |text: String| OrbitError::Value(value, text.replace('\n', " "));
-        let changed = still.with_number(key, value).map_err(|e| refused(e.to_string()))?;
-        Ok(Problem::new(&changed, None).map_err(|e| refused(e.to_string()))?.system)
-    };
+    let mut make = systems(scene, key, value)?;
     let mut stopped = false;
     for (k, start) in starts.iter().enumerate() {
         let here = glimpse(start.omega(), value, start.amplitude, unit);

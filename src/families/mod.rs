@@ -5,14 +5,16 @@
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
 //! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program,
 //! [`conservative`] looks near those of a viscous family, [`damped`] goes from amplitude to amplitude, [`doubling`] beside the period doublings of a response.
-//! [`curves`] follows what is singled out of a response over a number of the scene. [`sweep`] lets a body settle at one frequency after the other, [`through`] follows the branches through the orbits that it met. [`start`] says where they begin, [`single`] finds one orbit, [`parameters`] are the numbers of a scene that it is differentiated by, [`viscous`] how viscous they are, [`statement`] how far off their energies
+//! [`basins`] tells from which states which attractor is reached. [`curves`] follows what is singled out of a response over a number of the scene. [`sweep`] lets a body settle at one frequency after the other, [`diagram`] at one value of a number after the other, [`through`] follows the branches through the orbits that it met. [`start`] says where they begin, [`single`] finds one orbit, [`parameters`] are the numbers of a scene that it is differentiated by, [`viscous`] how viscous they are, [`statement`] how far off their energies
 //! may be.
 
 pub mod bar;
+pub mod basins;
 pub mod check;
 pub mod conservative;
 pub mod curves;
 pub mod damped;
+pub mod diagram;
 pub mod doubling;
 pub mod follow;
 mod known;
@@ -75,6 +77,12 @@ pub enum FamilyError {
          --follow arclength out, or shoot"
     )]
     Free,
+    /// So many attractors that there is a family of them.
+    #[error(
+        "more than {} attractors: a family of them, as friction holds positions of rest, or a range in which the body does not settle; give a smaller box, or another frequency",
+        .0 - 1
+    )]
+    Many(usize),
     /// No guess leads to an orbit.
     #[error("no orbit to start from at omega = {omega}")]
     NoStart {

@@ -1,8 +1,9 @@
-//! Sweeps: what a forced body does while the frequency of its loads goes up, or down, in small steps. At each the body settles from where it was; where the
-//! motion changes between two steps, the change is closed in on from the state before it.
+//! Sweeps: what a forced body does while the frequency of its loads, or a number of its scene, goes up, or down, in small steps. At each the body settles from where it was;
+//! where the motion changes between two steps, the change is closed in on from the state before it.
 
 use super::follow::Take;
 use super::{FamilyError, ended};
+use crate::continuation::Go;
 use crate::orbit::attractor::{Attractor, attractor, dwell};
 use crate::orbit::branch::record;
 use crate::orbit::{OrbitError, Propagator};
@@ -49,44 +50,21 @@ impl Sweep {
     pub(super) fn begins(&self, first: &PointRecord) -> bool {
         (first.omega - self.frequencies()[0]).abs() <= SAME * self.grid.step
     }
-
-    /// What the body does at a frequency, from a state.
-    fn settle(&self, body: &mut Propagator, z: &[f64], omega: f64) -> Result<At, OrbitError> {
-        let found = match self.dwell {
-            None => attractor(body, z, omega)?,
-            Some(periods) => dwell(body, z, omega, periods)?,
-        };
-        Ok(At { omega, found })
-    }
-
-    /// What it does between two frequencies of which it is known that the motion changes between them, in the order of the walk.
-    fn between(
-        &self,
-        body: &mut Propagator,
-        before: &At,
-        behind: f64,
-    ) -> Result<Vec<At>, OrbitError> {
-        let (mut left, mut right) = (vec![], vec![]);
-        let mut behind = behind;
-        for _ in 0..HALVINGS {
-            let last = left.last().unwrap_or(before);
-            let at = self.settle(body, &last.found.z, 0.5 * (last.omega + behind))?;
-            if last.changes_to(&at).is_some() {
-                behind = at.omega;
-                right.push(at);
-            } else {
-                left.push(at);
-            }
-        }
-        left.extend(right.into_iter().rev());
-        Ok(left)
-    }
 }
 
-/// What a body does at a frequency.
-struct At {
-    omega: f64,
-    found: Attractor,
+/// What is swept over: the frequency of the loads, or a number of the scene. All states are told in one frame.
+pub(super) trait Ground {
+    /// What the body does at a place, from a state.
+    fn settle(&mut self, z: &[f64], place: f64) -> Result<Attractor, OrbitError>;
+
+    /// Take what was found: what changed since the place before it, and whether a later run may go on from there.
+    fn take(&mut self, at: &At, special: PointKind, goes_on: bool) -> Result<Go, OrbitError>;
+}
+
+/// What a body does at a place.
+pub(super) struct At {
+    pub place: f64,
+    pub found: Attractor,
 }
 
 impl At {
@@ -99,55 +77,44 @@ impl At {
         let (x, y) = (a.amplitude(), b.amplitude());
         ((x - y).abs() > CHANGE * x.max(y)).then_some(PointKind::Jump)
     }
-
-    /// As a point of a family; `place`: one from which a sweep goes on.
-    fn point(
-        &self,
-        body: &Propagator,
-        special: PointKind,
-        place: bool,
-    ) -> Result<PointRecord, OrbitError> {
-        let At { omega, found } = self;
-        let x = || found.z.iter().copied().chain([*omega]).collect();
-        Ok(PointRecord {
-            omega: *omega,
-            special,
-            orbit: found.orbit.as_ref().map(|orbit| record(body, orbit)).transpose()?,
-            place: place.then(|| PlaceRecord { x: x(), ..PlaceRecord::default() }),
-            attractor: Some(found.seen.clone()),
-            ..PointRecord::default()
-        })
-    }
 }
 
-/// Sweep from the state `first` (a frame vector), or on from the points `known` of an earlier run, in the order of the walk.
-pub fn sweep(
-    body: &mut Propagator,
-    sweep: &Sweep,
-    first: &[f64],
-    known: &[&PointRecord],
-    take: Take,
-) -> Result<BranchEnd, FamilyError> {
-    let all = sweep.frequencies();
-    let earlier = known.iter().rev().find_map(|p| {
-        let (&omega, z) = p.place.as_ref()?.x.split_last()?;
-        let (orbit, seen) = (None, p.attractor.clone()?);
-        Some(At { omega, found: Attractor { seen, orbit, z: z.to_vec() } })
-    });
-    let mut index = known.last().map_or(0, |p| p.index + 1);
-    let mut before = earlier;
-    let sign = sweep.direction.sign();
-    let off = SAME * sweep.grid.step;
-    let left = |w: &&f64| before.as_ref().is_none_or(|b| sign * (**w - b.omega) > off);
-    let left: Vec<f64> = all.iter().filter(left).copied().collect();
-    for omega in left {
+/// Settle at a place.
+fn settled(ground: &mut dyn Ground, z: &[f64], place: f64) -> Result<At, OrbitError> {
+    Ok(At { place, found: ground.settle(z, place)? })
+}
+
+/// What the body does between two places of which it is known that the motion changes between them, in the order of the walk.
+fn between(ground: &mut dyn Ground, before: &At, behind: f64) -> Result<Vec<At>, OrbitError> {
+    let (mut left, mut right) = (vec![], vec![]);
+    let mut behind = behind;
+    for _ in 0..HALVINGS {
+        let last = left.last().unwrap_or(before);
+        let at = settled(ground, &last.found.z, 0.5 * (last.place + behind))?;
+        if last.changes_to(&at).is_some() {
+            behind = at.place;
+            right.push(at);
+        } else {
+            left.push(at);
+        }
+    }
+    left.extend(right.into_iter().rev());
+    Ok(left)
+}
+
+/// Settle at one place after the other, from the state `first` or from what was found `before`; changes are closed in on, unless the body is not waited for. Whether it came to the end.
+pub(super) fn walk(
+    ground: &mut dyn Ground,
+    places: &[f64],
+    (first, mut before): (&[f64], Option<At>),
+    closes_in: bool,
+) -> Result<Go, OrbitError> {
+    for &place in places {
         let from = before.as_ref().map_or(first, |b| &b.found.z);
-        let at = sweep.settle(body, from, omega)?;
-        // a point of the grid with all that lies before it is one step
+        let at = settled(ground, from, place)?;
+        // a place with all that lies before it is one step
         let mut step = match &before {
-            Some(b) if sweep.dwell.is_none() && b.changes_to(&at).is_some() => {
-                sweep.between(body, b, omega)?
-            }
+            Some(b) if closes_in && b.changes_to(&at).is_some() => between(ground, b, place)?,
             _ => vec![],
         };
         step.push(at);
@@ -163,13 +130,71 @@ pub fn sweep(
                 None => PointKind::Start,
                 Some(last) => last.changes_to(&step[k]).unwrap_or_default(),
             };
-            let mut point = step[k].point(body, special, k + 1 == step.len())?;
-            (point.index, index) = (index, index + 1);
-            if take(point).is_break() {
-                return Ok(ended(0, EndReason::Interrupted, "interrupted", false));
+            if ground.take(&step[k], special, k + 1 == step.len())?.is_break() {
+                return Ok(Go::Break(()));
             }
         }
         before = step.pop();
+    }
+    Ok(Go::Continue(()))
+}
+
+/// A body under loads of one frequency after the other.
+struct Frequencies<'a> {
+    body: &'a mut Propagator,
+    dwell: Option<usize>,
+    /// The number of the next point.
+    index: i64,
+    take: Take<'a>,
+}
+
+impl Ground for Frequencies<'_> {
+    fn settle(&mut self, z: &[f64], omega: f64) -> Result<Attractor, OrbitError> {
+        match self.dwell {
+            None => attractor(self.body, z, omega),
+            Some(periods) => dwell(self.body, z, omega, periods),
+        }
+    }
+
+    fn take(&mut self, at: &At, special: PointKind, goes_on: bool) -> Result<Go, OrbitError> {
+        let At { place: omega, found } = at;
+        let x = || found.z.iter().copied().chain([*omega]).collect();
+        let index = self.index;
+        self.index += 1;
+        Ok((self.take)(PointRecord {
+            omega: *omega,
+            index,
+            special,
+            orbit: found.orbit.as_ref().map(|orbit| record(self.body, orbit)).transpose()?,
+            place: goes_on.then(|| PlaceRecord { x: x(), ..PlaceRecord::default() }),
+            attractor: Some(found.seen.clone()),
+            ..PointRecord::default()
+        }))
+    }
+}
+
+/// Sweep from the state `first` (a frame vector), or on from the points `known` of an earlier run, in the order of the walk.
+pub fn sweep(
+    body: &mut Propagator,
+    sweep: &Sweep,
+    first: &[f64],
+    known: &[&PointRecord],
+    take: Take,
+) -> Result<BranchEnd, FamilyError> {
+    let all = sweep.frequencies();
+    let before = known.iter().rev().find_map(|p| {
+        let (&place, z) = p.place.as_ref()?.x.split_last()?;
+        let (orbit, seen) = (None, p.attractor.clone()?);
+        Some(At { place, found: Attractor { seen, orbit, z: z.to_vec() } })
+    });
+    let index = known.last().map_or(0, |p| p.index + 1);
+    let sign = sweep.direction.sign();
+    let off = SAME * sweep.grid.step;
+    let left = |w: &&f64| before.as_ref().is_none_or(|b| sign * (**w - b.place) > off);
+    let left: Vec<f64> = all.iter().filter(left).copied().collect();
+    let mut ground = Frequencies { body, dwell: sweep.dwell, index, take };
+    if walk(&mut ground, &left, (first, before), sweep.dwell.is_none())?.is_break() {
+        return Ok(ended(0, EndReason::Interrupted, "interrupted", false));
     }
     let (low, high) = sweep.range;
     let text = format!("{} frequencies from {low} to {high}", all.len());

@@ -6,7 +6,7 @@ use super::notes::Notes;
 use super::parts::parts;
 use super::places::place;
 use super::{ProblemError, StoredState};
-use crate::contact::{March, NoEquilibrium, State, System, phase_modes};
+use crate::contact::{March, NoEquilibrium, State, States, System, phase_modes};
 use crate::scenario::{BodyKind, Components, Field, Issue, Scene};
 
 pub(super) fn initial_state(
@@ -24,21 +24,13 @@ pub(super) fn initial_state(
     }
     if let (Some(mode), Some(amplitude)) = (s.mode, s.amplitude) {
         let (_, mut shape) = modes.get(scene, "initial.mode", mode, system)?;
-        // the leading contact displacement, or the leading displacement of a body without contact
-        let mut of_contact = system.along_normals(&shape);
-        // obstacles behind count the same displacements once more
-        of_contact.truncate(system.conditions().facing());
-        let moved = if of_contact.is_empty() { &shape } else { &of_contact };
-        let leading = (0..moved.len()).max_by(|&a, &b| moved[a].abs().total_cmp(&moved[b].abs()));
-        let (lead, leading) = leading.map_or((0, 0.0), |i| (i, moved[i]));
-        let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        if leading.abs() < 1e-9 * largest {
+        let Some((lead, leading)) = leading(system, &shape) else {
             let message = format!(
                 "mode {mode} does not move the contact edge: it cannot be scaled by the gap"
             );
             let help = "choose another mode, or give displacement = [\"…\"]";
             return Err(scene.error(Issue::new("initial.mode", message, help)).into());
-        }
+        };
         let unit = system.constraints.get(lead).map_or(1.0, |c| c.gap);
         let scale = amplitude * unit / leading;
         shape.iter_mut().for_each(|x| *x *= scale);
@@ -105,6 +97,68 @@ pub(super) fn initial_state(
         return Ok(State { u, v: v[..n_o].to_vec() });
     }
     Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() })
+}
+
+/// The contact displacement of largest magnitude of a shape, with its point; the largest displacement of a body without contact. None where it is zero beside the others.
+fn leading(system: &System, shape: &[f64]) -> Option<(usize, f64)> {
+    let mut of_contact = system.along_normals(shape);
+    // obstacles behind count the same displacements once more
+    of_contact.truncate(system.conditions().facing());
+    let moved = if of_contact.is_empty() { shape } else { &of_contact };
+    let lead = (0..moved.len()).max_by(|&a, &b| moved[a].abs().total_cmp(&moved[b].abs()))?;
+    let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    (moved[lead].abs() >= 1e-9 * largest).then(|| (lead, moved[lead]))
+}
+
+/// A mode by which states are told.
+#[derive(Debug, Clone)]
+pub struct ModeShape {
+    /// Its circular frequency; of a rigid motion the body's unit of frequency.
+    pub omega: f64,
+    /// Displacements `u_O` of amplitude one: where the first contact point grazes, or the first one opens or closes on the way from an equilibrium; where that is the state itself, its largest contact
+    /// displacement is 1.
+    pub u: Vec<f64>,
+}
+
+/// Modes, from 1, by which the states of a scene are told, and the state that they are told around: rest, or the equilibrium.
+pub fn mode_shapes(
+    scene: &Scene,
+    system: &System,
+    modes: &[usize],
+) -> Result<(State, Vec<ModeShape>), ProblemError> {
+    let n_o = system.n_o();
+    let count = modes.iter().copied().max().unwrap_or(0);
+    let (set, around) = match system.rest() {
+        Some(rest) => (rest.set.clone(), rest.u.clone()),
+        None => (States::open(system.n_contact()), vec![0.0; n_o]),
+    };
+    let phase = system.phase(&set);
+    let found = phase_modes(system, &phase, count.min(n_o))?;
+    let no_such = |mode: usize, message: String| {
+        let help = format!("there are the modes 1 to {n_o}");
+        scene.error(Issue::new(format!("plane: mode {mode}"), message, help))
+    };
+    let shape = |&mode: &usize| -> Result<ModeShape, ProblemError> {
+        let index = mode.checked_sub(1).filter(|k| *k < found.shapes.len());
+        let index = index.ok_or_else(|| no_such(mode, "does not exist".into()))?;
+        let shape = &found.shapes[index];
+        let scale = match system.first_switch(shape).filter(|x| x.is_finite() && *x != 0.0) {
+            Some(scale) => scale,
+            None => {
+                let mut full = vec![0.0; system.n()];
+                phase.expand(shape, &mut full);
+                let message = "does not move the contact: its amplitude has no unit";
+                1.0 / leading(system, &full).ok_or_else(|| no_such(mode, message.into()))?.1
+            }
+        };
+        let omega = found.omega[index];
+        Ok(ModeShape {
+            omega: if omega > 0.0 { omega } else { system.body.frequency_unit() },
+            u: shape.iter().map(|x| scale * x).collect(),
+        })
+    };
+    let shapes = modes.iter().map(shape).collect::<Result<_, _>>()?;
+    Ok((State { u: around, v: vec![0.0; n_o] }, shapes))
 }
 
 /// Refuse an equilibrium of forces that have no potential.

@@ -46,6 +46,7 @@ use discretisation::discretisation;
 use given::{given_body, given_gaps_behind};
 pub use imported::read as read_mesh;
 use initial::initial_state;
+pub use initial::{ModeShape, mode_shapes};
 use loads::loads;
 pub use materials::materials;
 use modes::OpenModes;

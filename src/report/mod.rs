@@ -1,8 +1,10 @@
 //! Summaries and pictures: plain data in, no solver known.
 
+pub mod basins;
 pub mod comparison;
 pub mod crosscheck;
 pub mod curve;
+pub mod diagram;
 mod edge;
 pub mod export;
 pub mod families;

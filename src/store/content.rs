@@ -14,6 +14,10 @@ pub enum Content {
     Orbit,
     /// A family of orbits.
     Family,
+    /// Basins of attraction.
+    Basins,
+    /// A bifurcation diagram over a number of the scene.
+    Diagram,
     /// Curves over a number of the scene.
     Curves,
     /// Contact methods side by side.
@@ -30,6 +34,12 @@ pub fn content(path: &Path) -> Result<Content, StoreError> {
     }
     if file.link_exists("study") {
         return Ok(Content::Study);
+    }
+    if file.link_exists("basins") {
+        return Ok(Content::Basins);
+    }
+    if file.link_exists("diagram") {
+        return Ok(Content::Diagram);
     }
     if file.link_exists("curves") {
         return Ok(Content::Curves);

@@ -4,6 +4,7 @@
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
 mod background;
+mod basins;
 mod bodies;
 mod careful;
 mod checkpoint;
@@ -14,6 +15,7 @@ mod crosscheck;
 mod csv;
 mod curves;
 mod describe;
+mod diagram;
 mod events;
 mod excursions;
 mod family;
@@ -49,6 +51,7 @@ mod watched;
 mod writer;
 
 pub(crate) use background::Background;
+pub use basins::{StoredBasins, read_basins, write_basins};
 pub use columns::datasets;
 pub(crate) use columns::switch_columns;
 pub(crate) use comparison::ComparisonWriter;
@@ -58,6 +61,7 @@ pub(crate) use content::{Content, Origin, read_origin, read_switch_rates};
 pub use crosscheck::read_crosscheck;
 pub(crate) use csv::read_csv;
 pub use curves::{StoredCurves, read_curves, write_curves};
+pub use diagram::{StoredDiagram, read_diagram, write_diagram};
 pub use excursions::ExcursionRecord;
 pub(crate) use family::{FamilyPlan, FamilyWriter};
 pub(crate) use header::WriterOptions;

@@ -85,20 +85,22 @@ pub fn held(path: &Path) -> Result<Vec<Held>, StoreError> {
         let mut all = vec![];
         collect(&*open(path)?, "", &mut all)?;
         let known = datasets();
+        // a group a parameter, a curve, an attractor
+        let in_groups = |h: &Held| {
+            let groups = ["sensitivity/KEY", "curves/K", "attractors/K"];
+            groups.into_iter().find_map(|group| {
+                let (all, _) = group.split_once('/')?;
+                let (_, name) = h.name.strip_prefix(all)?.strip_prefix('/')?.rsplit_once('/')?;
+                Some(format!("{group}/{name}"))
+            })
+        };
         // a point of a family is an orbit, and the place where its continuation stood
         let of = |h: &Held| match h.name.strip_prefix("backbone/points/0000/") {
             Some(name) if name.starts_with("continuation/") => {
                 format!("backbone/points/NNNN/{name}")
             }
             Some(name) => format!("orbit/{name}"),
-            // a group a parameter
-            None => match h.name.strip_prefix("sensitivity/").and_then(|n| n.rsplit_once('/')) {
-                Some((_, name)) => format!("sensitivity/KEY/{name}"),
-                None => match h.name.strip_prefix("curves/").and_then(|n| n.rsplit_once('/')) {
-                    Some((_, name)) => format!("curves/K/{name}"),
-                    None => h.name.clone(),
-                },
-            },
+            None => in_groups(h).unwrap_or_else(|| h.name.clone()),
         };
         for h in all.iter_mut().filter(|h| h.description.is_empty()) {
             if let Some(about) = known.iter().find(|about| about.path == of(h)) {

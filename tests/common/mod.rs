@@ -58,6 +58,30 @@ pub fn json(arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
+/// One displacement before an elastic stop: M = K = B = 1, damped by 0.1 M, a harmonic load.
+pub fn elastic_stop(
+    (load, omega): (f64, f64),
+    stiffness: f64,
+    gap: f64,
+    range: [f64; 2],
+) -> String {
+    format!(
+        "title = \"oscillator\"\n[body]\nkind = \"matrices\"\nmass_matrix = \"one.mtx\"\nstiffness_matrix = \"one.mtx\"\n\
+         [contact]\ndisplacements = [0]\ngap = {gap:?}\nmethod = \"penalty\"\nstiffness = {stiffness:?}\n\
+         [damping]\nrayleigh = [0.1, 0.0]\n[[load]]\nkind = \"force\"\ndisplacement = 0\namplitude = {load:?}\nomega = {omega:?}\n\
+         [orbit]\nrange = {range:?}\n"
+    )
+}
+
+/// A command is refused as bad input, with words of why.
+pub fn refused(arguments: &[&str], words: &str) {
+    let output = run(arguments);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!text.contains("panicked"), "{arguments:?}: {text}");
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+    assert!(text.contains(words), "{arguments:?}: {text}");
+}
+
 /// The path of a scene written into a folder, beside `one.mtx`, a matrix of 1.
 pub fn with_unit_matrix(folder: &Path, scene: &str) -> String {
     let one = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 1.0\n";

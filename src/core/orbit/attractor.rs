@@ -45,7 +45,17 @@ pub struct Attractor {
 /// What a body does under loads of frequency `omega` that moves from the frame vector `z`, once it has settled.
 pub fn attractor(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Attractor, OrbitError> {
     body.system.loads_mut().set_frequency(omega);
-    let Settling { to, periods: maps } = settle(body, z, omega)?;
+    let settling = settle(body, z, omega)?;
+    of_settling(body, z, omega, settling)
+}
+
+/// What a body settled to that moved from the frame vector `z`.
+pub(super) fn of_settling(
+    body: &mut Propagator,
+    z: &[f64],
+    omega: f64,
+    Settling { to, periods: maps }: Settling,
+) -> Result<Attractor, OrbitError> {
     let found = |kind, exponent: (f64, f64), note: String| Found { kind, exponent, note, maps };
     match to {
         Settled::Orbit(orbit) => {

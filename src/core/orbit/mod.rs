@@ -21,6 +21,7 @@
 //! - [`parameter`], [`sensitivity`] — how an orbit changes with a number that the equations depend on;
 //! - [`lyapunov`] — how fast the neighbours of a motion part from it;
 //! - [`condition`], [`values`], [`curve`] — orbits that are singled out (folds, doublings, grazings, peaks) as curves over a number that the equations depend on;
+//! - [`attractor`], [`settle`], [`basin`] — what a forced body does in the long run, and to which of several attractors a motion comes;
 //! - `highest` — the largest energy of a motion;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
@@ -30,6 +31,8 @@
 #[doc(hidden)]
 pub mod along;
 pub mod attractor;
+#[doc(hidden)]
+pub mod basin;
 #[doc(hidden)]
 pub mod border;
 #[doc(hidden)]

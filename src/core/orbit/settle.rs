@@ -3,6 +3,8 @@
 //! Newton's method from a linear response finds nothing where that is many gaps high; a damped body finds its attractor by itself. The state of each period is compared
 //! with those of the twelve periods before: at the first return within each of some distances Newton's method is tried on that many periods.
 
+use std::convert::Infallible;
+
 use super::OrbitError;
 use super::chain::Propagator;
 use super::credentials::Orbit;
@@ -65,7 +67,7 @@ pub struct Settling {
 }
 
 /// The state a period of the loads later, or why it could not be followed.
-fn next(
+pub(super) fn next(
     body: &mut Propagator,
     z: &[f64],
     omega: f64,
@@ -78,7 +80,7 @@ fn next(
 }
 
 /// The distance of two frame vectors over the size of the first, wherever the body has walked to.
-fn distance(body: &Propagator, a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(body: &Propagator, a: &[f64], b: &[f64]) -> f64 {
     body.drift.apart(a, b) / norm(a).max(body.unit)
 }
 
@@ -127,12 +129,27 @@ pub(super) fn repeats(periods: usize, flaws: &[String]) -> String {
 
 /// Let a body settle under loads of frequency `omega` from the frame vector `z`.
 pub fn settle(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Settling, OrbitError> {
+    match settle_unless(body, z, omega, 0, |_, _| None::<Infallible>)? {
+        Ok(settling) => Ok(settling),
+        Err((never, _)) => match never {},
+    }
+}
+
+/// Let a body settle unless what it comes to is recognised: told of the state after each period, `known` says what it is. For the first `patience` periods nothing else is looked for.
+/// What was recognised, and the periods that it took; or what the body settled to.
+pub fn settle_unless<R>(
+    body: &mut Propagator,
+    z: &[f64],
+    omega: f64,
+    patience: usize,
+    mut known: impl FnMut(&Propagator, &[f64]) -> Option<R>,
+) -> Result<Result<Settling, (R, usize)>, OrbitError> {
     let mut past = vec![z.to_vec()];
     // the next distance at which each number of periods is tried
     let mut tries = [0; LONGEST + 1];
     let mut least = f64::INFINITY;
     for k in 1..=MOST {
-        let ended = |to| Ok(Settling { to, periods: k });
+        let ended = |to| Ok(Ok(Settling { to, periods: k }));
         let now = match next(body, &past[k - 1], omega)? {
             Ok(now) => now,
             Err(why) => return ended(Settled::Broken(why)),
@@ -142,7 +159,13 @@ pub fn settle(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Settling, 
         }
         let returns: Vec<f64> =
             (1..=LONGEST.min(k)).map(|p| distance(body, &now, &past[k - p])).collect();
+        if let Some(recognised) = known(body, &now) {
+            return Ok(Err((recognised, k)));
+        }
         past.push(now.clone());
+        if k <= patience {
+            continue;
+        }
         for (p, &d) in (1..).zip(&returns) {
             least = least.min(d);
             // a multiple of a shorter return is none of its own
@@ -172,7 +195,7 @@ pub fn settle(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Settling, 
         Some(orbit) => (Settled::Orbit(orbit), LAST.1),
         None => (Settled::Restless { least, z: last.clone() }, 0),
     };
-    Ok(Settling { to, periods: MOST + more })
+    Ok(Ok(Settling { to, periods: MOST + more }))
 }
 
 /// The stable orbit that a body approaches, however slowly: near a bifurcation multipliers are near the unit circle.

@@ -24,7 +24,7 @@ pub type Make<'a> = dyn FnMut(f64) -> Result<System, OrbitError> + 'a;
 const KEPT: usize = 4;
 
 /// The bodies, the ones of the last values kept.
-pub(super) struct Bodies<'a> {
+pub struct Bodies<'a> {
     make: &'a mut Make<'a>,
     /// The body whose frame states are written in, at the origin of time.
     pub frame: Propagator,
@@ -58,18 +58,18 @@ impl<'a> Bodies<'a> {
     }
 
     /// The instant of the loads at which states are taken, in their periods.
-    pub fn section(&self) -> f64 {
+    pub(super) fn section(&self) -> f64 {
         self.section
     }
 
     /// Take states at another instant of the loads.
-    pub fn set_section(&mut self, at: f64) {
+    pub(super) fn set_section(&mut self, at: f64) {
         self.section = at;
         self.kept.clear();
     }
 
     /// The body at a value.
-    pub fn at(&mut self, value: f64) -> Result<&mut Valued, OrbitError> {
+    pub(super) fn at(&mut self, value: f64) -> Result<&mut Valued, OrbitError> {
         match self.kept.iter().position(|v| v.value.to_bits() == value.to_bits()) {
             Some(k) => self.kept[..=k].rotate_right(1),
             None => {
@@ -79,6 +79,11 @@ impl<'a> Bodies<'a> {
             }
         }
         Ok(&mut self.kept[0])
+    }
+
+    /// The body itself at a value.
+    pub fn body(&mut self, value: f64) -> Result<&mut Propagator, OrbitError> {
+        Ok(&mut self.at(value)?.body)
     }
 
     fn valued(&mut self, value: f64) -> Result<Valued, OrbitError> {

@@ -5,10 +5,12 @@
 //! they stand by their [`bits`].
 
 mod attractor;
+mod basins;
 #[doc(hidden)]
 pub mod bits;
 mod check;
 mod curve;
+mod diagram;
 mod lyapunov;
 mod orbit;
 mod point;
@@ -18,8 +20,10 @@ mod series;
 mod special;
 
 pub use attractor::{AttractorKind, AttractorRecord};
+pub use basins::{AttractorFound, Basins, Fate, Share, Starts, StateAxis};
 pub use check::{CheckRow, VerdictKind};
 pub use curve::{Curve, CurveOf, CurvePoint, CurvePointKind, Curves};
+pub use diagram::{Diagram, DiagramRow};
 pub use lyapunov::LyapunovRecord;
 pub(crate) use lyapunov::mean_with_error;
 pub use orbit::{FrictionRecord, OrbitRecord, ViscousRecord};

@@ -3,6 +3,7 @@
 use super::axis::Axis as Shown;
 use super::branches::{branches, of_branch};
 use crate::records::{AttractorRecord, Branch, Direction, PointRecord, Way};
+use crate::report::diagram::lead;
 use crate::report::figure::{
     Axis, Cell, Chart, Entry, FigureError, INK, LINES, Legend, Mark, Point, SHADE, Sheet, entry,
     range, viridis,
@@ -218,25 +219,13 @@ pub(super) fn peaks(
     Ok(sheet)
 }
 
-/// The contact point that moves most in any motion.
-fn lead(all: &[Vec<Swept>]) -> Option<usize> {
-    let mut largest: Vec<f64> = vec![];
-    for (_, seen) in all.iter().flatten() {
-        largest.resize(largest.len().max(seen.peak.len()), 0.0);
-        for (i, (a, b)) in seen.peak.iter().zip(&seen.trough).enumerate() {
-            largest[i] = largest[i].max(a - b);
-        }
-    }
-    (0..largest.len()).max_by(|&i, &j| largest[i].total_cmp(&largest[j]))
-}
-
 /// The bifurcation diagram: how far the contact point that moves most goes back in each period of the loads. (Where it stands at one instant of the period says
 /// nothing while it lies on the obstacle then.)
 pub(super) fn bifurcation(family: &StoredFamily) -> Result<Sheet<'static>, FigureError> {
     is_a_sweep(family)?;
     let all: Vec<Vec<Swept>> = branches(family).into_iter().map(|b| sweep(family, b)).collect();
     let none = FigureError::Empty("nothing of this sweep was seen");
-    let i = lead(&all).ok_or(none)?;
+    let i = lead(all.iter().flatten().map(|s| s.1)).ok_or(none)?;
     let dots = |swept: &[Swept]| -> Vec<Point> {
         let of = |(p, seen): &Swept| {
             let states = seen.least.chunks_exact(seen.peak.len().max(1));

@@ -1,0 +1,389 @@
+//! `signorini basins`: from which states a forced body comes to which of its attractors.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use signorini::continuation::Go;
+use signorini::families::basins::{self, Plane};
+use signorini::families::{FamilyError, start};
+use signorini::orbit::Closure;
+use signorini::problem::{Problem, mode_shapes};
+use signorini::records::{Basins, Fate, Share, Starts, StateAxis, Status, fingerprint};
+use signorini::report::summary::significant;
+use signorini::scenario::{Issue, Scene};
+use signorini::store::{StoredBasins, read_basins, write_basins};
+
+use super::family::{self, Output};
+use super::progress::Bar;
+use super::ratios::one_ratio;
+use super::task::{Files, Task, Work};
+use super::{Answer, CliError, Global, load, title};
+
+/// How often what is told is written down.
+const EVERY: Duration = Duration::from_secs(10);
+/// Most cells along an axis, and most states that are drawn.
+const MOST: (usize, usize) = (2000, 4_000_000);
+
+/// Arguments of `basins`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  signorini basins scenarios/half-plate-response.toml --ratio 0.01 --omega 1.72 --size 20 -o basins.h5\n  signorini basins scenarios/half-plate-response.toml --ratio 0.01 --omega 1.72 --plane q1=-2,2 v1=-2,2 q2=0.5 --size 20 -o slice.h5\n  signorini basins scenarios/half-plate-response.toml --ratio 0.01 --omega 1.72 --plane q1=-2,2 v1=-2,2 q2=-1,1 --samples 500 -o share.h5\n  signorini plot basins.h5\n\nqK is the amplitude of mode K of the open body, 1 where the first contact point grazes; vK its velocity over its frequency, in the same unit. With [initial] equilibrium = true both are told around the equilibrium, by the modes of its phase, 1 where the first point opens or closes."
+)]
+pub struct Arguments {
+    /// The scene (TOML): damping and harmonic loads of one frequency
+    scene: PathBuf,
+    /// Coordinates of the states with their ranges, or with one value for all; of modes that are not named they are zero
+    #[arg(long, num_args = 1.., value_name = "AXIS=LOW,HIGH", default_values = ["q1=-3,3", "v1=-3,3"])]
+    plane: Vec<String>,
+    /// Cells along each of two axes: a motion from the middle of each
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = family::at_least_one)]
+    size: usize,
+    /// In place of cells so many states, drawn uniformly: along any number of axes, for the shares of the basins
+    #[arg(long, value_name = "N", value_parser = family::at_least_one, conflicts_with = "size")]
+    samples: Option<usize>,
+    /// Seed of the states that are drawn
+    #[arg(long, default_value_t = 1, requires = "samples")]
+    seed: u64,
+    /// Circular frequency of the loads [default: that of [orbit], or of the load]
+    #[arg(long, allow_negative_numbers = true)]
+    omega: Option<f64>,
+    /// Damping ratio [default: that of [orbit] where it has one, or the scene's own damping]
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
+    ratio: Option<f64>,
+    /// Go on with an unfinished file
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// What is asked for, checked.
+pub struct Request {
+    problem: Problem,
+    fingerprint: u64,
+    plane: Plane,
+    /// What is known already.
+    basins: Basins,
+    is_whole: bool,
+}
+
+/// `q1=-3,3`, `v2=0.5`
+fn axis(text: &str) -> Result<StateAxis, CliError> {
+    let refuse = || {
+        let help = "give the amplitude of a mode, or its velocity, and its range: q1=-3,3 v1=-3,3; or one value for all states: q2=0.5";
+        CliError::Input(format!("--plane {text}: {help}"))
+    };
+    let (name, ends) = text.split_once('=').ok_or_else(refuse)?;
+    let (kind, mode) = name.trim().split_at_checked(1).ok_or_else(refuse)?;
+    let mode: usize = mode.parse().ok().filter(|m| *m > 0).ok_or_else(refuse)?;
+    let number = |s: &str| s.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let ends: Option<Vec<f64>> = ends.split(',').map(number).collect();
+    let range = match ends.as_deref() {
+        Some(&[low, high]) if low < high => (low, high),
+        Some(&[one]) => (one, one),
+        _ => return Err(refuse()),
+    };
+    match kind {
+        "q" | "v" => Ok(StateAxis { mode, is_velocity: kind == "v", range }),
+        _ => Err(refuse()),
+    }
+}
+
+impl Arguments {
+    /// The axes and the states.
+    fn states(&self) -> Result<(Vec<StateAxis>, Starts), CliError> {
+        let axes = self.plane.iter().map(|text| axis(text)).collect::<Result<Vec<_>, _>>()?;
+        for (k, axis) in axes.iter().enumerate() {
+            if axes[..k].iter().any(|other| other.name() == axis.name()) {
+                return Err(CliError::Input(format!("--plane: {} is given twice", axis.name())));
+            }
+        }
+        let free = axes.iter().filter(|a| !a.is_fixed()).count();
+        let input = |text: String| Err(CliError::Input(text));
+        let (most, most_drawn) = MOST;
+        match self.samples {
+            None if free != 2 => input(format!(
+                "--plane has {free} axes with a range: give two for a plane of cells, or --samples N for states that are drawn"
+            )),
+            None if self.size > most => input(format!("--size {}: give at most {most}", self.size)),
+            Some(n) if n > most_drawn => input(format!("--samples {n}: give at most {most_drawn}")),
+            Some(_) if free == 0 => input("--plane has no axis with a range".into()),
+            None => Ok((axes, Starts::Grid(self.size))),
+            Some(count) => Ok((axes, Starts::Drawn { count, seed: self.seed })),
+        }
+    }
+}
+
+impl Task for Arguments {
+    type Plan = Request;
+    type Found = Basins;
+
+    fn files(&self) -> Files<'_> {
+        let read = vec![];
+        Files { scene: &self.scene, read, force: self.output.force, resume: self.resume }
+    }
+
+    fn output(&self, scene: &Scene) -> Result<PathBuf, CliError> {
+        Ok(self.output.path(scene, "basins"))
+    }
+
+    fn plan(&self, work: &mut Work) -> Result<Request, CliError> {
+        let (axes, starts) = self.states()?;
+        let (_, scene) = one_ratio(&work.scene, self.ratio)?;
+        work.scene = scene;
+        let problem = load::warned(&work.scene, work.global)?;
+        let problem = family::reduce_if_large(work.global, &mut work.scene, problem)?;
+        let scene = &work.scene;
+        if start::closure(scene, &problem)? != Closure::FORCED {
+            let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
+            let issue =
+                Issue::new("load", "basins are those of a body under a harmonic load", help);
+            return Err(scene.error(issue).into());
+        }
+        let omega = family::omega(scene, self.omega, None)?;
+        family::check_frequency(&problem, omega)?;
+        let system = &problem.system;
+        let modes: Vec<usize> = axes.iter().map(|a| a.mode).collect();
+        let shapes = mode_shapes(scene, system, &modes);
+        let (around, shapes) = shapes.map_err(|e| CliError::Input(format!("--plane: {e}")))?;
+        let count = Basins::count(starts);
+        let asked = Basins {
+            omega,
+            axes,
+            starts,
+            fates: vec![None; count],
+            maps: vec![0; count],
+            attractors: vec![],
+        };
+        let fingerprint = fingerprint(scene, &problem);
+        let earlier = match self.resume && work.path.exists() {
+            true => Some(earlier(&work.path, (scene, fingerprint), &asked)?),
+            false => None,
+        };
+        let is_whole = earlier.as_ref().is_some_and(|e| e.status == Status::Complete);
+        let basins = earlier.map_or(asked, |e| e.basins);
+        Ok(Request { fingerprint, plane: Plane { around, shapes }, basins, is_whole, problem })
+    }
+
+    fn carry_out(&self, work: &Work, plan: &mut Request) -> Result<Basins, CliError> {
+        if plan.is_whole {
+            return Ok(plan.basins.clone());
+        }
+        let global = work.global;
+        let system = &plan.problem.system;
+        let at = basins::coordinates(&plan.basins.axes, plan.basins.starts);
+        let write = |basins: &Basins, status: &Status| {
+            let what = (&work.scene, system, plan.fingerprint);
+            write_basins(&work.path, what, &work.options, (basins, &at), status)
+        };
+        // where the file cannot be written, that is said before anything is computed
+        write(&plan.basins, &Status::Running)?;
+        global.caller.watch();
+        let bar = Bar::new(global, &work.scene);
+        let mut last = Instant::now();
+        let mut take = |basins: &Basins| -> Result<Go, FamilyError> {
+            let (told, count) = (basins.told(), basins.fates.len());
+            if let Some(bar) = &bar {
+                let text = format!("{told} of {count}, {} attractors", basins.attractors.len());
+                bar.set(told as f64 / count as f64, text);
+            }
+            if last.elapsed() >= EVERY {
+                last = Instant::now();
+                write(basins, &Status::Running)?;
+            }
+            Ok(match global.caller.signal() {
+                Some(_) => Go::Break(()),
+                None => Go::Continue(()),
+            })
+        };
+        let found = basins::find(system, &plan.plane, plan.basins.clone(), &mut take);
+        bar.iter().for_each(Bar::clear);
+        let mut found = found?;
+        match global.caller.signal().filter(|_| found.told() < found.fates.len()) {
+            Some(signal) => {
+                write(&found, &Status::Interrupted)?;
+                Err(CliError::Interrupted(
+                    signal,
+                    format!(
+                        "interrupted; {} of {} states are told in {}: go on with the same command and --resume",
+                        found.told(),
+                        found.fates.len(),
+                        work.path.display()
+                    ),
+                ))
+            }
+            None => {
+                found.sort();
+                write(&found, &Status::Complete)?;
+                Ok(found)
+            }
+        }
+    }
+
+    fn say(&self, work: &Work, _: &Request, found: Basins) -> Result<Answer, CliError> {
+        let wall = work.wall();
+        Ok(work.global.answer(
+            || {
+                let mut object = to_json(&found);
+                object["wall_s"] = wall.into();
+                object["output"] = work.path.display().to_string().into();
+                object
+            },
+            || {
+                let file = work.path.display();
+                format!(
+                    "{}\n{}  {:<14}{wall:.3} s\n  {:<14}{file} (picture: signorini plot {file})\n",
+                    title(&work.scene),
+                    to_text(&found),
+                    "time",
+                    "written to",
+                )
+            },
+        ))
+    }
+}
+
+/// What an earlier run of the same command left.
+fn earlier(
+    path: &Path,
+    (scene, fingerprint): (&Scene, u64),
+    asked: &Basins,
+) -> Result<StoredBasins, CliError> {
+    let stored = read_basins(path)?;
+    let b = &stored.basins;
+    let same = [
+        ("another scene", stored.scene == scene.source.text),
+        ("another problem: a file that the scene names has changed", stored.problem == fingerprint),
+        ("another --omega", b.omega == asked.omega),
+        ("another --plane", b.axes == asked.axes),
+        ("other states (--size, --samples, --seed)", b.starts == asked.starts),
+    ];
+    match same.into_iter().find(|(_, same)| !same) {
+        Some((what, _)) => {
+            let why = format!("it was made from {what}");
+            Err(FamilyError::Another { path: path.to_owned(), why }.into())
+        }
+        None => Ok(stored),
+    }
+}
+
+/// What a file of basins holds.
+pub(super) fn inspect(file: &Path, scene: bool, global: &Global) -> Result<Answer, CliError> {
+    let stored = read_basins(file)?;
+    if scene && !global.json {
+        return Ok(Answer::text(stored.scene));
+    }
+    Ok(global.answer(
+        || {
+            let mut json = to_json(&stored.basins);
+            json["title"] = stored.title.clone().into();
+            json["status"] = stored.status.to_string().into();
+            json["scene"] = stored.scene.clone().into();
+            json
+        },
+        || {
+            let StoredBasins { title, status, basins, .. } = &stored;
+            format!("  {:<14}{title}\n  {:<14}{status}\n{}", "title", "status", to_text(basins))
+        },
+    ))
+}
+
+fn share_to_json(s: Share) -> Value {
+    json!({
+        "count": s.count,
+        "share": s.share,
+        "error": s.error,
+        "interval": [s.interval.0, s.interval.1],
+    })
+}
+
+fn to_json(found: &Basins) -> Value {
+    let axis = |a: &StateAxis| json!({"name": a.name(), "range": [a.range.0, a.range.1]});
+    let attractor = |k: usize| {
+        let seen = &found.attractors[k].seen;
+        let mut json = share_to_json(found.share(Fate::Attractor(k)));
+        json["kind"] = seen.kind.word().into();
+        json["period_number"] = seen.kind.periods().into();
+        json["lyapunov"] = seen.exponent.into();
+        json["lyapunov_error"] = seen.exponent_error.into();
+        json["amplitude"] = seen.amplitude().into();
+        json["force"] = seen.force.into();
+        json["energy"] = seen.energy.into();
+        json
+    };
+    let others = Fate::OTHERS.map(|fate| (fate.to_string(), share_to_json(found.share(fate))));
+    let (size, seed) = match found.starts {
+        Starts::Grid(n) => (Some(n), None),
+        Starts::Drawn { seed, .. } => (None, Some(seed)),
+    };
+    json!({
+        "omega": found.omega,
+        "axes": found.axes.iter().map(axis).collect::<Vec<_>>(),
+        "size": size,
+        "seed": seed,
+        "states": found.fates.len(),
+        "told": found.told(),
+        "maps": found.maps.iter().sum::<usize>(),
+        "attractors": (0..found.attractors.len()).map(attractor).collect::<Vec<_>>(),
+        "others": others.into_iter().collect::<serde_json::Map<_, _>>(),
+    })
+}
+
+fn to_text(found: &Basins) -> String {
+    let mut out = String::new();
+    let count = found.fates.len();
+    let axes = |fixed: bool| -> Vec<String> {
+        let of = found.axes.iter().filter(|a| a.is_fixed() == fixed);
+        let text = |a: &StateAxis| match fixed {
+            true => format!("{} = {}", a.name(), a.range.0),
+            false => format!("{} from {} to {}", a.name(), a.range.0, a.range.1),
+        };
+        of.map(text).collect()
+    };
+    let kind = match found.starts {
+        Starts::Grid(n) => format!("{n} x {n}"),
+        Starts::Drawn { count, seed } => format!("{count} drawn (seed {seed})"),
+    };
+    let all = [axes(false), axes(true)].concat().join(", ");
+    let _ = writeln!(out, "  {:<14}{kind}: {all}; omega = {}", "states", found.omega);
+    if found.told() < count {
+        let _ = writeln!(out, "  {:<14}{} of {count}", "told", found.told());
+    }
+    let share = |s: Share| {
+        format!(
+            "{:.3} ± {:.3} (95 %: {:.3} to {:.3}), {} states",
+            s.share, s.error, s.interval.0, s.interval.1, s.count
+        )
+    };
+    for (k, a) in found.attractors.iter().enumerate() {
+        let (seen, name) = (&a.seen, format!("attractor {k}"));
+        let _ = writeln!(
+            out,
+            "  {name:<14}{}: {}; amplitude {}, force {}",
+            seen.kind,
+            share(found.share(Fate::Attractor(k))),
+            significant(seen.amplitude(), 6),
+            significant(seen.force, 6),
+        );
+    }
+    for fate in Fate::OTHERS {
+        let s = found.share(fate);
+        match fate {
+            _ if s.count == 0 => {}
+            Fate::Inside => {
+                let _ = writeln!(out, "  {:<14}{} states, left out", "inside", s.count);
+            }
+            _ => {
+                let _ = writeln!(out, "  {:<14}{}", fate.to_string(), share(s));
+            }
+        }
+    }
+    let told = found.told().max(1);
+    let maps = found.maps.iter().sum::<usize>() as f64 / told as f64;
+    let _ = writeln!(out, "  {:<14}{maps:.1} a state", "periods");
+    out
+}

@@ -1,0 +1,143 @@
+//! Bifurcation diagrams in HDF5: `/diagram`, and what the body does row by row in `/sweep`.
+
+use std::path::Path;
+
+use hdf5::types::VarLenUnicode;
+
+use super::bodies::words;
+use super::careful::{Careful, open, reading};
+use super::describe::describe;
+use super::header::{WriterOptions, create_file};
+use super::mesh::size_of_mesh;
+use super::orbits::{matrix, read_scalar, scalar};
+use super::output::{Staged, check_room};
+use super::sweep::{SweepWriter, read_sweep};
+use super::{StoreError, read_text, write_text};
+use crate::contact::System;
+use crate::records::{AttractorKind, Diagram, DiagramRow, PointKind, Status};
+use crate::scenario::Scene;
+
+/// The diagram of a file.
+#[derive(Debug, Clone)]
+pub struct StoredDiagram {
+    /// Scene title.
+    pub title: String,
+    /// Scene text.
+    pub scene: String,
+    /// All that the equations depend on, as one number.
+    pub problem: u64,
+    /// How it ended.
+    pub status: Status,
+    /// The diagram.
+    pub diagram: Diagram,
+}
+
+/// Write the file of a diagram; `problem` is the fingerprint of what it is of.
+pub fn write_diagram(
+    path: &Path,
+    (scene, system, problem): (&Scene, &System, u64),
+    options: &WriterOptions,
+    diagram: &Diagram,
+    status: &Status,
+) -> Result<(), StoreError> {
+    let mut staged = Staged::begin(&options.outputs, path)?;
+    let rows = &diagram.rows;
+    let columns = rows.first().map_or(0, |row| row.x.len());
+    let write = || -> Result<(), StoreError> {
+        let bytes = 8 * (rows.len() * (columns + 200)) as u64;
+        check_room(staged.at(), size_of_mesh(system) + bytes)?;
+        let file = create_file(staged.at(), scene, system, options)?;
+        let g = file.create_group("diagram")?;
+        write_text(&g, "key", &diagram.key)?;
+        write_text(&g, "problem", &format!("{problem:016x}"))?;
+        scalar(&g, "omega", diagram.omega)?;
+        scalar(&g, "steps", diagram.steps as f64)?;
+        diagram.dwell.map_or(Ok(()), |n| scalar(&g, "dwell", n as f64))?;
+        g.new_dataset_builder().with_data(&diagram.range).create("range")?;
+        let numbers = |name: &str, of: &dyn Fn(&DiagramRow) -> f64| {
+            let values: Vec<f64> = rows.iter().map(of).collect();
+            g.new_dataset_builder().with_data(&values).create(name).map(drop)
+        };
+        numbers("value", &|row| row.value)?;
+        numbers("direction", &|row| if row.falls { -1.0 } else { 1.0 })?;
+        numbers("goes_on", &|row| f64::from(u8::from(row.goes_on)))?;
+        let kinds: Vec<&str> = rows.iter().map(|row| row.special.word()).collect();
+        words(&g, "special", &kinds)?;
+        let x = matrix(rows.len(), columns, rows.iter().flat_map(|r| r.x.clone()).collect())?;
+        g.new_dataset_builder().deflate(4).with_data(&x).create("x")?;
+        if let Some(first) = rows.first() {
+            let lines = first.seen.spectrum.len();
+            let mut sweep = SweepWriter::create(&file, system.n_contact(), lines)?;
+            for (k, row) in rows.iter().enumerate() {
+                sweep.push(&row.seen, diagram.omega, k)?;
+            }
+        }
+        describe(&file)?;
+        write_text(&file, "status", &status.to_string())?;
+        file.flush()?;
+        Ok(())
+    };
+    if let Err(e) = write() {
+        staged.discard();
+        return Err(e);
+    }
+    staged.commit()
+}
+
+/// Read the diagram of a file.
+pub fn read_diagram(path: &Path) -> Result<StoredDiagram, StoreError> {
+    reading(path, || {
+        let file = open(path)?;
+        let missing = |_| StoreError::Missing { path: path.to_owned(), what: "/diagram".into() };
+        let g = file.group("diagram").map_err(missing)?;
+        let bad = |what: &str| StoreError::unusable(path, format!("/diagram: {what}"));
+        let list = |name: &str| g.dataset(name)?.values::<f64>();
+        let (values, directions, goes_on) = (list("value")?, list("direction")?, list("goes_on")?);
+        let kinds: Vec<VarLenUnicode> = g.dataset("special")?.values()?;
+        let x = g.dataset("x")?.table::<f64>()?;
+        let seen = if values.is_empty() { vec![] } else { read_sweep(&file)? };
+        let count = values.len();
+        let lengths = [directions.len(), goes_on.len(), kinds.len(), x.nrows(), seen.len()];
+        if lengths.iter().any(|n| *n != count) {
+            return Err(bad("its rows do not fit each other"));
+        }
+        let mut rows: Vec<DiagramRow> = vec![];
+        for (k, (_, seen)) in seen.into_iter().enumerate() {
+            let falls = directions[k] < 0.0;
+            let before = rows.last().filter(|row| row.falls == falls).map(|row| row.seen.kind);
+            rows.push(DiagramRow {
+                value: values[k],
+                falls,
+                special: special(kinds[k].as_str(), before, seen.kind),
+                seen,
+                x: x.row(k).to_vec(),
+                goes_on: goes_on[k] == 1.0,
+            });
+        }
+        let range = list("range")?;
+        let diagram = Diagram {
+            key: read_text(&g, "key").unwrap_or_default(),
+            range: range.try_into().map_err(|_| bad("a range is damaged"))?,
+            steps: read_scalar(&g, "steps")? as usize,
+            omega: read_scalar(&g, "omega")?,
+            dwell: read_scalar(&g, "dwell").ok().map(|n| n as usize),
+            rows,
+        };
+        let text = |name: &str| read_text(&file, name).unwrap_or_default();
+        let problem = read_text(&g, "problem").and_then(|s| u64::from_str_radix(&s, 16).ok());
+        Ok(StoredDiagram {
+            title: text("title"),
+            scene: text("scene"),
+            problem: problem.ok_or_else(|| bad("no fingerprint of the problem"))?,
+            status: Status::of_name(&text("status")),
+            diagram,
+        })
+    })
+}
+
+/// What a word says of a row, from the motion before it to its own.
+fn special(word: &str, before: Option<AttractorKind>, after: AttractorKind) -> PointKind {
+    let change = before.map(|before| PointKind::Change { before, after });
+    let all = [PointKind::Start, PointKind::Jump].into_iter().chain(change);
+    all.into_iter().find(|kind| kind.word() == word).unwrap_or_default()
+}
