@@ -23,28 +23,37 @@ fn basins(folder: &TempDir, text: &str, more: &[&str]) -> (Basins, Value) {
     (read_basins(&file).unwrap().basins, said)
 }
 
-/// Whether the motion from a state touches in the long run: Runge–Kutta's method with small steps, two hundred periods, the highest of the last two.
-fn touches(load: f64, stiffness: f64, omega: f64, start: [f64; 2]) -> bool {
+/// The motion from a state by Runge–Kutta's method with small steps: the states after each period.
+fn marched((load, omega): (f64, f64), start: [f64; 2], periods: u32, steps: u32) -> Vec<[f64; 2]> {
     let force = |t: f64, [q, v]: [f64; 2]| {
-        [v, load * (omega * t).cos() - 0.1 * v - q - stiffness * (q - 1.0).max(0.0)]
+        [v, load * (omega * t).cos() - 0.1 * v - q - 20.0 * (q - 1.0).max(0.0)]
     };
-    let (periods, steps) = (200, 800);
     let h = std::f64::consts::TAU / omega / f64::from(steps);
-    let (mut x, mut highest) = (start, f64::NEG_INFINITY);
+    let at = |x: [f64; 2], d: [f64; 2], s: f64| [x[0] + s * d[0], x[1] + s * d[1]];
+    let mut x = start;
+    let mut all = vec![];
     for k in 0..periods * steps {
         let t = f64::from(k) * h;
-        let at = |x: [f64; 2], d: [f64; 2], s: f64| [x[0] + s * d[0], x[1] + s * d[1]];
         let a = force(t, x);
         let b = force(t + 0.5 * h, at(x, a, 0.5 * h));
         let c = force(t + 0.5 * h, at(x, b, 0.5 * h));
         let d = force(t + h, at(x, c, h));
         let sum = [0, 1].map(|i| a[i] + 2.0 * (b[i] + c[i]) + d[i]);
         x = at(x, sum, h / 6.0);
-        if k >= (periods - 2) * steps {
-            highest = highest.max(x[0]);
+        if (k + 1) % steps == 0 {
+            all.push(x);
         }
     }
-    highest > 1.0
+    all
+}
+
+/// The attractor that has a state which is nearest to another one.
+fn nearest(found: &Basins, x: [f64; 2]) -> usize {
+    let far = |k: &usize| {
+        let states = found.attractors[*k].at.iter();
+        states.map(|s| (s[0] - x[0]).hypot(s[1] - x[1])).fold(f64::INFINITY, f64::min)
+    };
+    (0..found.attractors.len()).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap()
 }
 
 #[test]
@@ -56,8 +65,32 @@ fn every_cell_is_that_of_a_slow_integrator() {
     assert_eq!(found.attractors[0].seen.force, 0.0);
     let at = coordinates(&found.axes, found.starts);
     for (x, fate) in at.iter().zip(&found.fates) {
-        let expected = Fate::Attractor(usize::from(touches(0.2, 20.0, 1.2, [x[0], x[1]])));
+        let last = *marched((0.2, 1.2), [x[0], x[1]], 200, 400).last().unwrap();
+        let expected = Fate::Attractor(nearest(&found, last));
         assert_eq!(*fate, Some(expected), "{x:?}");
+    }
+}
+
+/// Three ends, of one, three and nine periods, whose basins are finely mixed: an orbit that lies near a motion is not yet where it goes. A motion that long hangs on every digit: shares
+/// are compared.
+#[test]
+fn shares_of_mixed_basins_are_those_of_a_slow_integrator() {
+    let folder = TempDir::new().unwrap();
+    let more = ["--omega", "4", "--plane", "q1=-6,6", "v1=-10,10", "--size", "16"];
+    let (found, _) = basins(&folder, &elastic_stop((10.0, 1.2), 20.0, 1.0, WIDE), &more);
+    let kinds: Vec<usize> = found.attractors.iter().map(|a| a.seen.kind.periods()).collect();
+    assert_eq!(kinds, [1, 3, 9]);
+    let mut counts = [0; 3];
+    for x in coordinates(&found.axes, found.starts) {
+        let last = *marched((10.0, 4.0), [x[0], x[1]], 250, 300).last().unwrap();
+        counts[nearest(&found, last)] += 1;
+    }
+    for (k, count) in counts.into_iter().enumerate() {
+        let share = found.share(Fate::Attractor(k));
+        let expected = f64::from(count) / 256.0;
+        let error = 1.5 * (expected * (1.0 - expected) / 256.0).sqrt();
+        println!("period {}: {:.3}, {expected:.3} by small steps", kinds[k], share.share);
+        assert!((share.share - expected).abs() < 3.0 * error, "{k}: {share:?} for {expected}");
     }
 }
 
@@ -124,7 +157,7 @@ fn asked(folder: &TempDir, size: usize) -> (Problem, Plane, Basins) {
         maps: vec![0; size * size],
         attractors: vec![],
     };
-    (problem, Plane { around, shapes }, asked)
+    (problem, Plane { around, axes: asked.axes.clone(), shapes }, asked)
 }
 
 #[test]

@@ -156,10 +156,10 @@ fn what_makes_no_sense_is_refused() {
     words("contact.nothing=1,2", &[], "contact.nothing");
     words("run.samples=1,2", &[], "is no number of the equations");
     let over = "load[0].amplitude=0.1,0.2";
-    json(&["diagram", &scene, "-o", &file, "--over", over, "--steps", "2"]);
+    let first = json(&["diagram", &scene, "-o", &file, "--over", over, "--steps", "2"]);
     words(over, &["--steps", "3", "--resume"], "another --steps");
     words(over, &["--steps", "2", "--way", "down", "--resume"], "another --way");
     words(over, &["--steps", "2"], "exists");
     let again = json(&["diagram", &scene, "-o", &file, "--over", over, "--steps", "2", "--resume"]);
-    assert_eq!(again["value"].as_array().unwrap().len(), 3);
+    assert_eq!(again["value"], first["value"]);
 }

@@ -383,6 +383,43 @@ fn goes_on(scene: &str, cut: &str, whole: &str, note: &serde_json::Value) {
     assert!(String::from_utf8_lossy(&again.stdout).contains("nothing is left to do"));
 }
 
+/// Basins and diagrams, written again and again while they are computed.
+#[test]
+fn basins_and_diagrams_go_on() {
+    let folder = TempDir::new().unwrap();
+    let scene = "scenarios/two-mass-stop.toml";
+    let basins = ["basins", scene, "--omega", "0.7", "--size", "10"].map(str::to_owned);
+    let over = "load[0].amplitude=0.05,0.4";
+    let diagram = ["diagram", scene, "--omega", "0.7", "--over", over, "--steps", "12"];
+    for (name, words) in
+        [("basins", basins.to_vec()), ("diagram", diagram.map(str::to_owned).to_vec())]
+    {
+        let (whole, cut) =
+            (at(&folder, &format!("{name}-whole.h5")), at(&folder, &format!("{name}-cut.h5")));
+        let with = |file: &str, more: &[&str]| -> Vec<String> {
+            let more = ["-o", file].into_iter().chain(more.iter().copied()).map(str::to_owned);
+            words.iter().cloned().chain(more).collect()
+        };
+        let call = |code: i32, words: Vec<String>| {
+            expect(code, &words.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        call(0, with(&whole, &[]));
+        for (what, look, code) in [("INT", 12, Some(130)), ("TERM", 15, Some(143))] {
+            let words = with(&cut, &["-q", "--resume"]);
+            let words: Vec<&str> = words.iter().map(String::as_str).collect();
+            let output = run_until(what, look, &words);
+            assert_eq!(output.status.code(), code, "{name}: {}", text(&output));
+            assert!(text(&output).contains("--resume"), "{}", text(&output));
+            assert_eq!(status(&cut), "interrupted");
+        }
+        call(0, with(&cut, &["--resume"]));
+        assert_eq!(status(&cut), "complete");
+        assert!(datasets(Path::new(&whole)) == datasets(Path::new(&cut)), "{name}");
+        // what is there is not written over without a word
+        call(2, with(&cut, &[]));
+    }
+}
+
 /// A kill between the end of a run and the end of its program leaves checkpoints that say nothing; one before the first checkpoint leaves a file with nothing to go on
 /// with, which is begun anew.
 #[test]

@@ -20,7 +20,7 @@ use signorini::store::{StoredBasins, read_basins, write_basins};
 use super::family::{self, Output};
 use super::progress::Bar;
 use super::ratios::one_ratio;
-use super::task::{Files, Task, Work};
+use super::task::{Files, Task, Work, check_same};
 use super::{Answer, CliError, Global, load, title};
 
 /// How often what is told is written down.
@@ -166,7 +166,13 @@ impl Task for Arguments {
         };
         let is_whole = earlier.as_ref().is_some_and(|e| e.status == Status::Complete);
         let basins = earlier.map_or(asked, |e| e.basins);
-        Ok(Request { fingerprint, plane: Plane { around, shapes }, basins, is_whole, problem })
+        Ok(Request {
+            fingerprint,
+            plane: Plane { around, axes: basins.axes.clone(), shapes },
+            basins,
+            is_whole,
+            problem,
+        })
     }
 
     fn carry_out(&self, work: &Work, plan: &mut Request) -> Result<Basins, CliError> {
@@ -176,9 +182,10 @@ impl Task for Arguments {
         let global = work.global;
         let system = &plan.problem.system;
         let at = basins::coordinates(&plan.basins.axes, plan.basins.starts);
+        let options = work.options_again();
         let write = |basins: &Basins, status: &Status| {
             let what = (&work.scene, system, plan.fingerprint);
-            write_basins(&work.path, what, &work.options, (basins, &at), status)
+            write_basins(&work.path, what, &options, (basins, &at), status)
         };
         // where the file cannot be written, that is said before anything is computed
         write(&plan.basins, &Status::Running)?;
@@ -262,13 +269,8 @@ fn earlier(
         ("another --plane", b.axes == asked.axes),
         ("other states (--size, --samples, --seed)", b.starts == asked.starts),
     ];
-    match same.into_iter().find(|(_, same)| !same) {
-        Some((what, _)) => {
-            let why = format!("it was made from {what}");
-            Err(FamilyError::Another { path: path.to_owned(), why }.into())
-        }
-        None => Ok(stored),
-    }
+    check_same(path, &same)?;
+    Ok(stored)
 }
 
 /// What a file of basins holds.

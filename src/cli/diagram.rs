@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use signorini::continuation::Go;
-use signorini::families::{FamilyError, curves, diagram, start};
+use signorini::families::{FamilyError, diagram, parameters, start};
 use signorini::orbit::Closure;
 use signorini::problem::Problem;
 use signorini::records::{Diagram, DiagramRow, Status, fingerprint};
@@ -20,7 +20,7 @@ use super::curve::over;
 use super::family::{self, Output};
 use super::progress::Bar;
 use super::ratios::one_ratio;
-use super::task::{Files, Task, Work};
+use super::task::{Files, Task, Work, check_same};
 use super::{Answer, CliError, Global, load, title};
 
 /// How often what is found is written down.
@@ -122,7 +122,7 @@ impl Task for Arguments {
         }
         let omega = family::omega(scene, self.omega, None)?;
         family::check_frequency(&problem, omega)?;
-        curves::check_ends(scene, &key, (low, high))?;
+        parameters::check_ends(scene, &key, (low, high))?;
         let asked = Diagram {
             key,
             range: [low, high],
@@ -146,9 +146,10 @@ impl Task for Arguments {
             return Ok(plan.diagram.clone());
         }
         let global = work.global;
+        let options = work.options_again();
         let write = |found: &Diagram, status: &Status| {
             let what = (&work.scene, &plan.problem.system, plan.fingerprint);
-            write_diagram(&work.path, what, &work.options, found, status)
+            write_diagram(&work.path, what, &options, found, status)
         };
         // where the file cannot be written, that is said before anything is computed
         write(&plan.diagram, &Status::Running)?;
@@ -246,13 +247,8 @@ fn earlier(
         ("another --dwell", d.dwell == asked.dwell),
         ("another --way", same_way),
     ];
-    match same.into_iter().find(|(_, same)| !same) {
-        Some((what, _)) => {
-            let why = format!("it was made from {what}");
-            Err(FamilyError::Another { path: path.to_owned(), why }.into())
-        }
-        None => Ok(stored),
-    }
+    check_same(path, &same)?;
+    Ok(stored)
 }
 
 /// What a file of a diagram holds.

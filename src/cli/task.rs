@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use signorini::families::FamilyError;
 use signorini::scenario::Scene;
 use signorini::store::WriterOptions;
 
@@ -28,6 +29,12 @@ impl Work<'_> {
         self.begun.elapsed().as_secs_f64()
     }
 
+    /// How a file is written again and again by one command: what stands in its place was looked at when the command began.
+    pub fn options_again(&self) -> WriterOptions {
+        let outputs = self.options.outputs.with_force(true);
+        WriterOptions { outputs, ..self.options.clone() }
+    }
+
     /// When it began.
     pub fn begun(&self) -> Instant {
         self.begun
@@ -44,6 +51,17 @@ pub(crate) struct Files<'a> {
     pub force: bool,
     /// Whether an earlier run is gone on with.
     pub resume: bool,
+}
+
+/// Refuse to go on with a file that was made from something else: from what, and whether it is the same.
+pub(crate) fn check_same(path: &Path, all: &[(&str, bool)]) -> Result<(), CliError> {
+    match all.iter().find(|(_, same)| !same) {
+        None => Ok(()),
+        Some((what, _)) => {
+            let why = format!("it was made from {what}");
+            Err(FamilyError::Another { path: path.to_owned(), why }.into())
+        }
+    }
 }
 
 /// A command that computes.

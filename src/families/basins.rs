@@ -31,29 +31,32 @@ const INSIDE: f64 = 1e-9;
 pub struct Plane {
     /// The state that they are told around.
     pub around: State,
-    /// The shape of each axis.
+    /// The coordinates.
+    pub axes: Vec<StateAxis>,
+    /// The shape of each.
     pub shapes: Vec<ModeShape>,
 }
 
 impl Plane {
     /// The coordinates of a frame vector along the axes: modes are orthogonal in the energy.
-    fn along(&self, body: &Propagator, axes: &[StateAxis], z: &[f64]) -> Vec<f64> {
+    fn along(&self, body: &Propagator, z: &[f64]) -> Vec<f64> {
+        let count = self.axes.len();
         let origin = body.frame(&self.around);
         let from = |z: &[f64]| -> Vec<f64> { z.iter().zip(&origin).map(|(z, o)| z - o).collect() };
         let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let away = from(z);
         let coordinate = |k: usize| {
-            let at: Vec<f64> = (0..axes.len()).map(|j| f64::from(u8::from(j == k))).collect();
-            let unit = from(&body.frame(&self.state(axes, &at)));
+            let at: Vec<f64> = (0..count).map(|j| f64::from(u8::from(j == k))).collect();
+            let unit = from(&body.frame(&self.state(&at)));
             inner(&away, &unit) / inner(&unit, &unit)
         };
-        (0..axes.len()).map(coordinate).collect()
+        (0..count).map(coordinate).collect()
     }
 
     /// The state with some coordinates.
-    pub fn state(&self, axes: &[StateAxis], at: &[f64]) -> State {
+    pub fn state(&self, at: &[f64]) -> State {
         let mut state = self.around.clone();
-        for ((axis, shape), x) in axes.iter().zip(&self.shapes).zip(at) {
+        for ((axis, shape), x) in self.axes.iter().zip(&self.shapes).zip(at) {
             let (into, scale) = match axis.is_velocity {
                 false => (&mut state.u, *x),
                 true => (&mut state.v, x * shape.omega),
@@ -149,6 +152,9 @@ struct Board<'a> {
 
 /// Told of what is known after each state.
 pub type Take<'a> = &'a mut (dyn FnMut(&Basins) -> Result<Go, FamilyError> + Send);
+
+/// A place of the list, with what is recognised.
+type Next = (usize, Arc<Vec<Known>>);
 
 /// What does not change.
 struct Work<'a> {
@@ -273,7 +279,7 @@ impl<'a> Work<'a> {
     }
 
     /// The next place of the list, with what is recognised; none where all is over.
-    fn next(&self, body: &mut Propagator) -> Result<Option<(usize, Arc<Vec<Known>>)>, FamilyError> {
+    fn next(&self, body: &mut Propagator) -> Result<Option<Next>, FamilyError> {
         let mut board = self.lock();
         loop {
             let Some(&end) = board.ends.first().filter(|_| !board.over) else { return Ok(None) };
@@ -301,8 +307,7 @@ impl<'a> Work<'a> {
         index: usize,
         known: &[Known],
     ) -> Result<Option<Destination>, OrbitError> {
-        let axes = self.lock().basins.axes.clone();
-        let state = self.plane.state(&axes, &self.at[index]);
+        let state = self.plane.state(&self.at[index]);
         if is_inside(self.system, &state) {
             return Ok(None);
         }
@@ -330,6 +335,7 @@ impl Board<'_> {
         let (fate, maps) = match found {
             None => (Fate::Inside, 0),
             Some(Destination::Known(k, maps)) => (Fate::Attractor(k), maps),
+            Some(Destination::Undecided(maps)) => (Fate::Slow, maps),
             Some(Destination::Settled(attractor)) => {
                 let maps = attractor.seen.maps;
                 let fate = match attractor.seen.kind {
@@ -367,7 +373,7 @@ impl Board<'_> {
                 Some(known) => Fate::Attractor(match all.iter().position(|a| a.is(body, &known)) {
                     Some(k) => k,
                     None => {
-                        let along = |z: &Vec<f64>| plane.along(body, &self.basins.axes, z);
+                        let along = |z: &Vec<f64>| plane.along(body, z);
                         let at = known.states().iter().map(along).collect();
                         let found = found(body, (&attractor, &known), at, omega)?;
                         self.basins.attractors.push(found);

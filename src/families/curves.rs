@@ -5,14 +5,14 @@ use std::iter;
 
 use super::follow::{BranchTask, response};
 use super::known::Known;
-use super::parameters::{of_equations, without_start};
+use super::parameters::{of_equations, systems};
 use super::{FamilyError, state_of};
 use crate::contact::{State, System};
 use crate::continuation::{Go, Options};
 use crate::orbit::along::Start as From;
 use crate::orbit::curve::{self, Point};
 use crate::orbit::{Closure, Orbit, OrbitError, Propagator};
-use crate::problem::{Problem, ProblemError};
+use crate::problem::ProblemError;
 use crate::records::{
     Bifurcation, Branch, Curve, CurveOf, CurvePoint, CurvePointKind, Curves, PointKind,
     PointRecord, summits,
@@ -66,31 +66,6 @@ pub fn value(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<f64, P
         return Err(why.into());
     }
     Ok(value)
-}
-
-/// Refuse a range that has no scene at one of its ends.
-pub fn check_ends(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<(), ProblemError> {
-    of_equations(scene, key)?;
-    let still = without_start(scene)?;
-    for value in [low, high] {
-        Problem::new(&still.with_number(key, value)?, None)?;
-    }
-    Ok(())
-}
-
-/// What makes the system of a scene at a value of one of its numbers, which is `value` in the scene.
-pub(super) fn systems(
-    scene: &Scene,
-    key: &str,
-    value: f64,
-) -> Result<impl FnMut(f64) -> Result<System, OrbitError> + use<>, OrbitError> {
-    let still = without_start(scene).map_err(|e| OrbitError::Value(value, e.to_string()))?;
-    let key = key.to_owned();
-    Ok(move |value: f64| -> Result<System, OrbitError> {
-        let refused = |text: String| OrbitError::Value(value, text.replace('\n', " "));
-        let changed = still.with_number(&key, value).map_err(|e| refused(e.to_string()))?;
-        Ok(Problem::new(&changed, None).map_err(|e| refused(e.to_string()))?.system)
-    })
 }
 
 /// The orbits of a response, followed in a range, that are singled out.

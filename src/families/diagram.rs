@@ -1,12 +1,13 @@
 //! Bifurcation diagrams over a number of the scene: sweeps at one frequency.
 
 use super::FamilyError;
-use super::curves::systems;
+use super::parameters::systems;
 use super::start::given;
 use super::sweep::{At, Ground, walk};
 use crate::continuation::Go;
 use crate::orbit::OrbitError;
 use crate::orbit::attractor::{Attractor, attractor, dwell};
+use crate::orbit::basin::{Destination, destination};
 use crate::orbit::values::Bodies;
 use crate::problem::Problem;
 use crate::records::{Diagram, DiagramRow, PointKind};
@@ -30,7 +31,11 @@ impl Ground for Values<'_, '_> {
         let z = self.bodies.in_body(value, z)?;
         let body = self.bodies.body(value)?;
         let mut found = match self.diagram.dwell {
-            None => attractor(body, &z, omega)?,
+            None => match destination(body, &z, omega, &[])? {
+                Destination::Settled(found) => *found,
+                // as near to an orbit as Newton's method needs, and slower than anybody waits
+                Destination::Known(..) | Destination::Undecided(_) => attractor(body, &z, omega)?,
+            },
             Some(periods) => dwell(body, &z, omega, periods)?,
         };
         found.z = self.bodies.out_of_body(value, &found.z)?;

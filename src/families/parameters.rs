@@ -2,7 +2,7 @@
 
 use crate::contact::System;
 use crate::orbit::parameter::{Kind, Neighbour, Parameter, STEP, Stencil};
-use crate::orbit::{Closure, Orbit};
+use crate::orbit::{Closure, Orbit, OrbitError};
 use crate::problem::{Problem, ProblemError};
 use crate::scenario::{Change, Issue, Scene, SceneError};
 
@@ -88,9 +88,34 @@ fn neighbours(
 }
 
 /// Where motions begin is no matter of the equations, and need not be possible beside.
-pub(super) fn without_start(scene: &Scene) -> Result<Scene, SceneError> {
+fn without_start(scene: &Scene) -> Result<Scene, SceneError> {
     match scene.is_around_equilibrium() {
         true => Ok(scene.clone()),
         false => scene.with(&[Change::remove("initial")]),
     }
+}
+
+/// Refuse a range that has no scene at one of its ends.
+pub fn check_ends(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<(), ProblemError> {
+    of_equations(scene, key)?;
+    let still = without_start(scene)?;
+    for value in [low, high] {
+        Problem::new(&still.with_number(key, value)?, None)?;
+    }
+    Ok(())
+}
+
+/// What makes the system of a scene at a value of one of its numbers, which is `value` in the scene.
+pub(super) fn systems(
+    scene: &Scene,
+    key: &str,
+    value: f64,
+) -> Result<impl FnMut(f64) -> Result<System, OrbitError> + use<>, OrbitError> {
+    let still = without_start(scene).map_err(|e| OrbitError::Value(value, e.to_string()))?;
+    let key = key.to_owned();
+    Ok(move |value: f64| -> Result<System, OrbitError> {
+        let refused = |text: String| OrbitError::Value(value, text.replace('\n', " "));
+        let changed = still.with_number(&key, value).map_err(|e| refused(e.to_string()))?;
+        Ok(Problem::new(&changed, None).map_err(|e| refused(e.to_string()))?.system)
+    })
 }

@@ -3,11 +3,8 @@
 use std::path::Path;
 
 use super::careful::{Careful, open, reading};
-use super::describe::describe;
-use super::header::{WriterOptions, create_file};
-use super::mesh::size_of_mesh;
+use super::header::{WriterOptions, write_whole};
 use super::orbits::{matrix, read_scalar, scalar};
-use super::output::{Staged, check_room};
 use super::{StoreError, read_text, write_text};
 use crate::contact::System;
 use crate::records::{
@@ -43,14 +40,11 @@ pub fn write_basins(
     (basins, at): (&Basins, &[Vec<f64>]),
     status: &Status,
 ) -> Result<(), StoreError> {
-    let mut staged = Staged::begin(&options.outputs, path)?;
     let states: usize = basins.attractors.iter().map(|a| a.u0.len()).sum();
     let numbers = basins.fates.len() * (basins.axes.len() + 2);
     let columns = system.body.nodal_dofs().n_columns();
-    let write = || -> Result<(), StoreError> {
-        let bytes = 8 * (numbers + 2 * states * columns) as u64;
-        check_room(staged.at(), size_of_mesh(system) + bytes)?;
-        let file = create_file(staged.at(), scene, system, options)?;
+    let bytes = 8 * (numbers + 2 * states * columns);
+    write_whole(path, (scene, system), options, (bytes, status), |file| {
         let g = file.create_group("basins")?;
         scalar(&g, "omega", basins.omega)?;
         write_text(&g, "problem", &format!("{problem:016x}"))?;
@@ -76,16 +70,8 @@ pub fn write_basins(
         for (k, attractor) in basins.attractors.iter().enumerate() {
             write_attractor(&all.create_group(&k.to_string())?, (basins, k), attractor, system)?;
         }
-        describe(&file)?;
-        write_text(&file, "status", &status.to_string())?;
-        file.flush()?;
         Ok(())
-    };
-    if let Err(e) = write() {
-        staged.discard();
-        return Err(e);
-    }
-    staged.commit()
+    })
 }
 
 /// Numbers of an attractor, by their names.

@@ -6,11 +6,8 @@ use hdf5::types::VarLenUnicode;
 
 use super::bodies::words;
 use super::careful::{Careful, open, reading};
-use super::describe::describe;
-use super::header::{WriterOptions, create_file};
-use super::mesh::size_of_mesh;
+use super::header::{WriterOptions, write_whole};
 use super::orbits::{matrix, read_scalar, scalar};
-use super::output::{Staged, check_room};
 use super::{StoreError, read_text, write_text};
 use crate::contact::System;
 use crate::records::{Curve, CurveOf, CurvePoint, CurvePointKind, Curves, Status};
@@ -25,12 +22,10 @@ pub fn write_curves(
     found: &Curves,
     status: &Status,
 ) -> Result<(), StoreError> {
-    let mut staged = Staged::begin(&options.outputs, path)?;
     let dofs = system.body.nodal_dofs();
     let points: usize = found.all.iter().map(|c| c.points.len()).sum();
-    let write = || -> Result<(), StoreError> {
-        check_room(staged.at(), size_of_mesh(system) + 16 * (points * dofs.n_o) as u64)?;
-        let file = create_file(staged.at(), scene, system, options)?;
+    let bytes = 16 * points * dofs.n_o;
+    write_whole(path, (scene, system), options, (bytes, status), |file| {
         let all = file.create_group("curves")?;
         write_text(&all, "of", found.of.word())?;
         write_text(&all, "key", &found.key)?;
@@ -69,16 +64,8 @@ pub fn write_curves(
             states("u0", |p| &p.u0)?;
             states("v0", |p| &p.v0)?;
         }
-        describe(&file)?;
-        write_text(&file, "status", &status.to_string())?;
-        file.flush()?;
         Ok(())
-    };
-    if let Err(e) = write() {
-        staged.discard();
-        return Err(e);
-    }
-    staged.commit()
+    })
 }
 
 /// The curves of a file.

@@ -6,11 +6,8 @@ use hdf5::types::VarLenUnicode;
 
 use super::bodies::words;
 use super::careful::{Careful, open, reading};
-use super::describe::describe;
-use super::header::{WriterOptions, create_file};
-use super::mesh::size_of_mesh;
+use super::header::{WriterOptions, write_whole};
 use super::orbits::{matrix, read_scalar, scalar};
-use super::output::{Staged, check_room};
 use super::sweep::{SweepWriter, read_sweep};
 use super::{StoreError, read_text, write_text};
 use crate::contact::System;
@@ -40,13 +37,10 @@ pub fn write_diagram(
     diagram: &Diagram,
     status: &Status,
 ) -> Result<(), StoreError> {
-    let mut staged = Staged::begin(&options.outputs, path)?;
     let rows = &diagram.rows;
     let columns = rows.first().map_or(0, |row| row.x.len());
-    let write = || -> Result<(), StoreError> {
-        let bytes = 8 * (rows.len() * (columns + 200)) as u64;
-        check_room(staged.at(), size_of_mesh(system) + bytes)?;
-        let file = create_file(staged.at(), scene, system, options)?;
+    let bytes = 8 * rows.len() * (columns + 200);
+    write_whole(path, (scene, system), options, (bytes, status), |file| {
         let g = file.create_group("diagram")?;
         write_text(&g, "key", &diagram.key)?;
         write_text(&g, "problem", &format!("{problem:016x}"))?;
@@ -67,21 +61,13 @@ pub fn write_diagram(
         g.new_dataset_builder().deflate(4).with_data(&x).create("x")?;
         if let Some(first) = rows.first() {
             let lines = first.seen.spectrum.len();
-            let mut sweep = SweepWriter::create(&file, system.n_contact(), lines)?;
+            let mut sweep = SweepWriter::create(file, system.n_contact(), lines)?;
             for (k, row) in rows.iter().enumerate() {
                 sweep.push(&row.seen, diagram.omega, k)?;
             }
         }
-        describe(&file)?;
-        write_text(&file, "status", &status.to_string())?;
-        file.flush()?;
         Ok(())
-    };
-    if let Err(e) = write() {
-        staged.discard();
-        return Err(e);
-    }
-    staged.commit()
+    })
 }
 
 /// Read the diagram of a file.

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::bodies::{words, write_bodies, write_contact};
-use super::mesh::write_mesh;
-use super::output::Outputs;
+use super::describe::describe;
+use super::mesh::{size_of_mesh, write_mesh};
+use super::output::{Outputs, Staged, check_room};
 use super::swings::write_swings;
 use super::{StoreError, write_text};
 use crate::contact::System;
@@ -42,6 +43,31 @@ pub(super) fn create_file(
     write_bodies(&file, scene, system)?;
     write_contact(&file, system)?;
     Ok(file)
+}
+
+/// Write a file at once: what every file says, what `fill` puts into it (about so many bytes), and how its computation ended. What is there stays until the new one is whole.
+pub(super) fn write_whole(
+    path: &Path,
+    (scene, system): (&Scene, &System),
+    options: &WriterOptions,
+    (bytes, status): (usize, &Status),
+    fill: impl FnOnce(&hdf5::File) -> Result<(), StoreError>,
+) -> Result<(), StoreError> {
+    let mut staged = Staged::begin(&options.outputs, path)?;
+    let write = || -> Result<(), StoreError> {
+        check_room(staged.at(), size_of_mesh(system) + bytes as u64)?;
+        let file = create_file(staged.at(), scene, system, options)?;
+        fill(&file)?;
+        describe(&file)?;
+        write_text(&file, "status", &status.to_string())?;
+        file.flush()?;
+        Ok(())
+    };
+    if let Err(e) = write() {
+        staged.discard();
+        return Err(e);
+    }
+    staged.commit()
 }
 
 /// Program, scene, command, time.

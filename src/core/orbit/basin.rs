@@ -8,7 +8,7 @@
 //! ```
 //!
 //! What is not periodic has a cloud of states. How far others of its states are from those that are kept says how near is near enough (those that follow them fall into the widest gaps of a torus, but
-//! not into their middles), and a motion has come to it where it stays that near for long. What is not recognised settles by itself ([`super::settle`]).
+//! not into their middles), and a motion has come to it where it stays that near for long. Orbits that are not known are found as a body settles ([`super::settle`]).
 
 use super::OrbitError;
 use super::attractor::{Attractor, of_settling};
@@ -22,8 +22,11 @@ const NEAR: (f64, f64) = (0.02, 10.0);
 const UNKNOWN: f64 = 1e-3;
 /// Nothing is recognised before so many periods.
 const FIRST: usize = 6;
-/// Where something is known, so many periods are waited before an orbit is looked for by Newton's method.
+/// Where something is known, so many periods are waited before an orbit is looked for by Newton's method; twice as many each time, at most so many.
 const PATIENCE: usize = 40;
+const LONGEST: usize = 320;
+/// So many periods are followed at the most.
+const MOST: usize = 5000;
 /// As near as this nothing needs to come nearer.
 const THERE: f64 = 1e-6;
 /// Orbits are the same if their states agree to this, over their size.
@@ -52,6 +55,8 @@ pub enum Destination {
     Known(usize, usize),
     /// What it settled to by itself.
     Settled(Box<Attractor>),
+    /// It is on its way after so many periods.
+    Undecided(usize),
 }
 
 impl Known {
@@ -159,7 +164,35 @@ impl Stay {
     }
 }
 
+/// What a motion is near to, period by period.
+struct Watch<'k> {
+    known: Vec<&'k Known>,
+    stays: Vec<Stay>,
+    periods: usize,
+}
+
+impl<'k> Watch<'k> {
+    fn new(known: impl IntoIterator<Item = &'k Known>) -> Watch<'k> {
+        let known: Vec<&Known> = known.into_iter().collect();
+        Watch { stays: vec![Stay::default(); known.len()], known, periods: 0 }
+    }
+
+    /// The state a period later; what the motion has come to, if that is told.
+    fn see(&mut self, body: &Propagator, z: &[f64]) -> Option<usize> {
+        self.periods += 1;
+        let mut came = None;
+        for (k, (stay, known)) in self.stays.iter_mut().zip(&self.known).enumerate() {
+            let stays = stay.goes_on(known, known.nearest(body, z));
+            came = came.or(stays.then_some(k));
+        }
+        came.filter(|_| self.periods >= FIRST)
+    }
+}
+
 /// To what the motion from a state comes under loads of frequency `omega`.
+///
+/// Newton's method finds orbits near a motion that returns, and the motion need not come to them: what it finds is one more that is watched for, and the motion goes on. What
+/// seems to be chaos may be a long way to an orbit: it is chaos if it still is after the periods of its cloud.
 pub fn destination(
     body: &mut Propagator,
     z: &[f64],
@@ -167,18 +200,68 @@ pub fn destination(
     known: &[Known],
 ) -> Result<Destination, OrbitError> {
     body.system.loads_mut().set_frequency(omega);
-    let mut stays = vec![Stay::default(); known.len()];
-    let mut periods = 0;
-    let patience = if known.is_empty() { 0 } else { PATIENCE };
-    let settled = settle_unless(body, z, omega, patience, |body, z| {
-        periods += 1;
-        let near = known.iter().map(|known| known.nearest(body, z));
-        let came = stays.iter_mut().zip(known).zip(near);
-        let came: Vec<bool> = came.map(|((s, known), near)| s.goes_on(known, near)).collect();
-        came.iter().position(|came| *came).filter(|_| periods >= FIRST)
-    })?;
-    Ok(match settled {
-        Err((k, periods)) => Destination::Known(k, periods),
-        Ok(settling) => Destination::Settled(Box::new(of_settling(body, z, omega, settling)?)),
-    })
+    let mut found: Vec<(Known, Attractor)> = vec![];
+    let (mut now, mut maps, mut was_restless) = (z.to_vec(), 0, false);
+    let mut patience = if known.is_empty() { 0 } else { PATIENCE };
+    while maps < MOST {
+        let mut watch = Watch::new(known.iter().chain(found.iter().map(|f| &f.0)));
+        let mut last = now.clone();
+        let settled = settle_unless(body, &now, omega, patience, |body, z| {
+            last = z.to_vec();
+            watch.see(body, z)
+        })?;
+        let settling = match settled {
+            Err((k, periods)) => {
+                maps += periods;
+                return Ok(came_to(k, known.len(), found, maps));
+            }
+            Ok(settling) => settling,
+        };
+        maps += settling.periods;
+        now = last;
+        patience = (2 * patience).clamp(PATIENCE, LONGEST);
+        let mut attractor = of_settling(body, &now, omega, settling)?;
+        attractor.seen.maps = maps;
+        match attractor.seen.kind {
+            AttractorKind::Periodic(_) => {
+                let new = Known::new(body, &attractor.seen, &attractor.z, omega)?;
+                let mut all = known.iter().chain(found.iter().map(|f| &f.0));
+                match new {
+                    None => return Ok(Destination::Settled(Box::new(attractor))),
+                    Some(new) if !all.any(|a| a.is(body, &new)) => found.push((new, attractor)),
+                    Some(_) => {}
+                }
+            }
+            AttractorKind::Chaotic | AttractorKind::QuasiPeriodic if !was_restless => {
+                was_restless = true;
+                let mut watch = Watch::new(known.iter().chain(found.iter().map(|f| &f.0)));
+                now.clone_from(&attractor.z);
+                for _ in 0..CLOUD.0 + CLOUD.1 {
+                    match next(body, &now, omega)? {
+                        Ok(z) => now = z,
+                        Err(_) => return Ok(Destination::Settled(Box::new(attractor))),
+                    }
+                    maps += 1;
+                    if let Some(k) = watch.see(body, &now) {
+                        return Ok(came_to(k, known.len(), found, maps));
+                    }
+                }
+                patience = 0;
+            }
+            _ => return Ok(Destination::Settled(Box::new(attractor))),
+        }
+    }
+    Ok(Destination::Undecided(maps))
+}
+
+/// One of the known attractors, or of those that were found on the way.
+fn came_to(k: usize, known: usize, mut found: Vec<(Known, Attractor)>, maps: usize) -> Destination {
+    match k.checked_sub(known) {
+        None => Destination::Known(k, maps),
+        Some(k) => {
+            let mut attractor = found.swap_remove(k).1;
+            attractor.seen.maps = maps;
+            Destination::Settled(Box::new(attractor))
+        }
+    }
 }

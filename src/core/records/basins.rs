@@ -169,11 +169,6 @@ impl Basins {
         }
     }
 
-    /// The axes along which states differ.
-    pub fn free(&self) -> impl Iterator<Item = &StateAxis> {
-        self.axes.iter().filter(|a| !a.is_fixed())
-    }
-
     /// How many states are told.
     pub fn told(&self) -> usize {
         self.fates.iter().flatten().count()
