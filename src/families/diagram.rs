@@ -7,7 +7,6 @@ use super::sweep::{At, Ground, walk};
 use crate::continuation::Go;
 use crate::orbit::OrbitError;
 use crate::orbit::attractor::{Attractor, attractor, dwell};
-use crate::orbit::basin::{Destination, destination};
 use crate::orbit::values::Bodies;
 use crate::problem::Problem;
 use crate::records::{Diagram, DiagramRow, PointKind};
@@ -31,11 +30,7 @@ impl Ground for Values<'_, '_> {
         let z = self.bodies.in_body(value, z)?;
         let body = self.bodies.body(value)?;
         let mut found = match self.diagram.dwell {
-            None => match destination(body, &z, omega, &[])? {
-                Destination::Settled(found) => *found,
-                // as near to an orbit as Newton's method needs, and slower than anybody waits
-                Destination::Known(..) | Destination::Undecided(_) => attractor(body, &z, omega)?,
-            },
+            None => attractor(body, &z, omega)?,
             Some(periods) => dwell(body, &z, omega, periods)?,
         };
         found.z = self.bodies.out_of_body(value, &found.z)?;
