@@ -166,11 +166,11 @@ fn an_interrupted_run_goes_on_to_the_same() {
     let (problem, plane, asked) = asked(&folder, 9);
     let all = |basins: Basins, most: usize| {
         let mut told = 0;
-        find(&problem.system, &plane, basins, &mut |_: &Basins| {
+        let mut take = |_: &Basins| {
             told += 1;
             Ok(if told < most { Go::Continue(()) } else { Go::Break(()) })
-        })
-        .unwrap()
+        };
+        find(&problem.system, &plane, basins, (&mut take, &|| false)).unwrap()
     };
     let whole = all(asked.clone(), usize::MAX);
     assert_eq!(whole.told(), 81);
@@ -225,6 +225,8 @@ fn a_command_goes_on_with_its_own_file_alone() {
         refused(&words, why);
     }
     refused(&["basins", "scenarios/oscillator.toml", "-o", "other.h5"], "load");
+    let rubs = ["basins", "scenarios/shaken-block.toml", "-o", "other.h5", "--size", "2"];
+    refused(&rubs, "holds families of orbits");
 }
 
 /// A rigid stop: no motion begins behind it.

@@ -144,6 +144,12 @@ impl Task for Arguments {
                 Issue::new("load", "basins are those of a body under a harmonic load", help);
             return Err(scene.error(issue).into());
         }
+        if scene.rubs() {
+            let help = "leave the friction out, or see what the body does from one state after the other: signorini run";
+            let message =
+                "holds families of orbits: each position of rest is an attractor of its own";
+            return Err(scene.error(Issue::new(scene.friction_key(), message, help)).into());
+        }
         let omega = family::omega(scene, self.omega, None)?;
         family::check_frequency(&problem, omega)?;
         let system = &problem.system;
@@ -207,7 +213,9 @@ impl Task for Arguments {
                 None => Go::Continue(()),
             })
         };
-        let found = basins::find(system, &plan.plane, plan.basins.clone(), &mut take);
+        let ends_now = || global.caller.signal().is_some();
+        let told = (&mut take as basins::Take, &ends_now as &(dyn Fn() -> bool + Sync));
+        let found = basins::find(system, &plan.plane, plan.basins.clone(), told);
         bar.iter().for_each(Bar::clear);
         let mut found = found?;
         match global.caller.signal().filter(|_| found.told() < found.fates.len()) {

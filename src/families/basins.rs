@@ -6,6 +6,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -21,7 +22,7 @@ use crate::records::{AttractorFound, AttractorKind, Basins, Fate, Starts, StateA
 
 /// States of the first batch, and of the largest: each is twice the one before.
 const BATCH: (usize, usize) = (4, 128);
-/// So many attractors are no attractors: friction holds a family of residual positions, each of which is one.
+/// So many attractors are a family of them, or none at all.
 const MOST: usize = 100;
 /// A state is inside of an obstacle by more than this, over the unit of length.
 const INSIDE: f64 = 1e-9;
@@ -168,12 +169,15 @@ struct Work<'a> {
     changed: Condvar,
 }
 
-/// What is missing of some basins. An interruption (`take` says so) leaves what is told.
+/// How often it is asked whether to end, while motions are followed.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// What is missing of some basins. An interruption (`take` says so, or `ends_now` while motions are followed) leaves what is told.
 pub fn find(
     system: &System,
     plane: &Plane,
     basins: Basins,
-    take: Take,
+    (take, ends_now): (Take, &(dyn Fn() -> bool + Sync)),
 ) -> Result<Basins, FamilyError> {
     let list = order(basins.starts);
     let mut ends = batches(list.len());
@@ -215,7 +219,7 @@ pub fn find(
         }),
         changed: Condvar::new(),
     };
-    rayon::broadcast(|_| {
+    let take_part = |_: rayon::BroadcastContext| {
         // a thread that ends abnormally must not let the others wait
         let result = catch_unwind(AssertUnwindSafe(|| work.take_part()));
         let (failed, panic) = match result {
@@ -232,6 +236,19 @@ pub fn find(
         if let Some(panic) = panic {
             resume_unwind(panic);
         }
+    };
+    std::thread::scope(|scope| {
+        // one more thread, which computes nothing
+        scope.spawn(|| {
+            while !work.stop.load(Ordering::Relaxed) {
+                if ends_now() {
+                    work.end(&mut work.lock());
+                }
+                std::thread::sleep(LOOK);
+            }
+        });
+        rayon::broadcast(take_part);
+        work.stop.store(true, Ordering::Relaxed);
     });
     let board = work.board.into_inner().unwrap_or_else(PoisonError::into_inner);
     match board.failed {

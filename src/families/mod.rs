@@ -79,7 +79,7 @@ pub enum FamilyError {
     Free,
     /// So many attractors that there is a family of them.
     #[error(
-        "more than {} attractors: a family of them, as friction holds positions of rest, or a range in which the body does not settle; give a smaller box, or another frequency",
+        "more than {} attractors: a family of them, or a range in which the body does not settle; give a smaller box, or another frequency",
         .0 - 1
     )]
     Many(usize),
