@@ -226,7 +226,7 @@ fn a_command_goes_on_with_its_own_file_alone() {
     }
     refused(&["basins", "scenarios/oscillator.toml", "-o", "other.h5"], "load");
     let rubs = ["basins", "scenarios/shaken-block.toml", "-o", "other.h5", "--size", "2"];
-    refused(&rubs, "holds families of orbits");
+    refused(&rubs, "contact.friction");
 }
 
 /// A rigid stop: no motion begins behind it.
