@@ -164,13 +164,14 @@ fn asked(folder: &TempDir, size: usize) -> (Problem, Plane, Basins) {
 fn an_interrupted_run_goes_on_to_the_same() {
     let folder = TempDir::new().unwrap();
     let (problem, plane, asked) = asked(&folder, 9);
-    let all = |basins: Basins, most: usize| {
+    let all = |mut basins: Basins, most: usize| {
         let mut told = 0;
         let mut take = |_: &Basins| {
             told += 1;
             Ok(if told < most { Go::Continue(()) } else { Go::Break(()) })
         };
-        find(&problem.system, &plane, basins, (&mut take, &|| false)).unwrap()
+        find(&problem.system, &plane, &mut basins, (&mut take, &|| false)).unwrap();
+        basins
     };
     let whole = all(asked.clone(), usize::MAX);
     assert_eq!(whole.told(), 81);

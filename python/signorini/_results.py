@@ -743,7 +743,28 @@ class Curve(Group):
         return f"<Curve of {len(self)} points{', closed' if self.closed else ''}>"
 
 
-class Curves(Result):
+class _Numbered(Result):
+    """A result whose parts stand in a group of their own, by number."""
+
+    _parts: str
+    _part: type[Group]
+
+    def __len__(self) -> int:
+        return sum(name.isdecimal() for name in self[self._parts].keys())
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, (int, np.integer)):
+            k = int(key) + (len(self) if key < 0 else 0)
+            if not 0 <= k < len(self):
+                raise IndexError(f"{self._part.__name__.lower()} {key} of {len(self)}")
+            return self._part(self._store, f"{self._parts}/{k}")
+        return super().__getitem__(key)
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[k] for k in range(len(self)))
+
+
+class Curves(_Numbered):
     """Folds, period doublings, Neimark-Sacker points, grazings or peaks of a response over a number of its scene.
 
     Attributes:
@@ -753,6 +774,7 @@ class Curves(Result):
     ``curves[k]`` is a ``Curve``; ``for curve in curves`` goes through all.
     """
 
+    _parts, _part = "curves", Curve
     of: str
     key: str
     range: np.ndarray
@@ -762,20 +784,6 @@ class Curves(Result):
 
     def _groups(self) -> list[str]:
         return ["curves"]
-
-    def __len__(self) -> int:
-        return sum(name.isdecimal() for name in self["curves"].keys())
-
-    def __getitem__(self, key: Any) -> Any:
-        if isinstance(key, (int, np.integer)):
-            k = int(key) + (len(self) if key < 0 else 0)
-            if not 0 <= k < len(self):
-                raise IndexError(f"curve {key} of {len(self)}")
-            return Curve(self._store, f"curves/{k}")
-        return super().__getitem__(key)
-
-    def __iter__(self) -> Iterator[Curve]:
-        return (self[k] for k in range(len(self)))
 
     def _text(self) -> str:
         return f"{self.title!r}: {self.status}, {len(self)} curves of {self.of} over {self.key}"
@@ -799,7 +807,7 @@ class Attractor(Group):
         return f"<Attractor: {name}, share {self['share']:.3f}>"
 
 
-class Basins(Result):
+class Basins(_Numbered):
     """From which states a forced body comes to which of its attractors.
 
     Attributes:
@@ -811,6 +819,7 @@ class Basins(Result):
     ``basins[k]`` is an ``Attractor``; ``for attractor in basins`` goes through all.
     """
 
+    _parts, _part = "attractors", Attractor
     omega: float
     starts: np.ndarray
     range: np.ndarray
@@ -840,20 +849,6 @@ class Basins(Result):
         if self.size is None:
             raise ValueError("the states were drawn: they lie on no grid")
         return self.attractor.reshape(self.size, self.size)
-
-    def __len__(self) -> int:
-        return sum(name.isdecimal() for name in self["attractors"].keys())
-
-    def __getitem__(self, key: Any) -> Any:
-        if isinstance(key, (int, np.integer)):
-            k = int(key) + (len(self) if key < 0 else 0)
-            if not 0 <= k < len(self):
-                raise IndexError(f"attractor {key} of {len(self)}")
-            return Attractor(self._store, f"attractors/{k}")
-        return super().__getitem__(key)
-
-    def __iter__(self) -> Iterator[Attractor]:
-        return (self[k] for k in range(len(self)))
 
     def _text(self) -> str:
         return f"{self.title!r}: {self.status}, {len(self.attractor)} states, {len(self)} attractors"

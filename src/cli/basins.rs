@@ -7,10 +7,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use serde_json::{Value, json};
 
-use signorini::continuation::Go;
 use signorini::families::basins::{self, Plane};
-use signorini::families::{FamilyError, start};
-use signorini::orbit::Closure;
 use signorini::problem::{Problem, mode_shapes};
 use signorini::records::{Basins, Fate, Share, Starts, StateAxis, Status, fingerprint};
 use signorini::report::summary::significant;
@@ -21,10 +18,11 @@ use super::family::{self, Output};
 use super::progress::Bar;
 use super::ratios::one_ratio;
 use super::task::{Files, Task, Work, check_same};
-use super::{Answer, CliError, Global, load, title};
+use super::whole::{Kept, Whole, inspected, said};
+use super::{Answer, CliError, Global, load};
 
-/// How often what is told is written down.
-const EVERY: Duration = Duration::from_secs(10);
+/// How often it is shown how far the command is.
+const SHOWN: Duration = Duration::from_millis(100);
 /// Most cells along an axis, and most states that are drawn.
 const MOST: (usize, usize) = (2000, 4_000_000);
 
@@ -138,12 +136,7 @@ impl Task for Arguments {
         let problem = load::warned(&work.scene, work.global)?;
         let problem = family::reduce_if_large(work.global, &mut work.scene, problem)?;
         let scene = &work.scene;
-        if start::closure(scene, &problem)? != Closure::FORCED {
-            let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
-            let issue =
-                Issue::new("load", "basins are those of a body under a harmonic load", help);
-            return Err(scene.error(issue).into());
-        }
+        family::check_forced(scene, &problem, "basins are those of a body under a harmonic load")?;
         if scene.rubs() {
             let help = "leave the friction out, or see what the body does from one state after the other: signorini run";
             let message =
@@ -170,7 +163,7 @@ impl Task for Arguments {
             true => Some(earlier(&work.path, (scene, fingerprint), &asked)?),
             false => None,
         };
-        let is_whole = earlier.as_ref().is_some_and(|e| e.status == Status::Complete);
+        let is_whole = earlier.as_ref().is_some_and(|e| e.head.status == Status::Complete);
         let basins = earlier.map_or(asked, |e| e.basins);
         Ok(Request {
             fingerprint,
@@ -193,72 +186,34 @@ impl Task for Arguments {
             let what = (&work.scene, system, plan.fingerprint);
             write_basins(&work.path, what, &options, (basins, &at), status)
         };
-        // where the file cannot be written, that is said before anything is computed
-        write(&plan.basins, &Status::Running)?;
-        global.caller.watch();
+        let mut found = plan.basins.clone();
+        let mut kept = Kept::begin(work, &write, &found)?;
         let bar = Bar::new(global, &work.scene);
-        let mut last = Instant::now();
-        let mut take = |basins: &Basins| -> Result<Go, FamilyError> {
-            let (told, count) = (basins.told(), basins.fates.len());
-            if let Some(bar) = &bar {
+        let mut shown = Instant::now();
+        let mut take = |basins: &Basins| {
+            // to count the states after each of them would take longer than some motions
+            if let Some(bar) = bar.as_ref().filter(|_| shown.elapsed() >= SHOWN) {
+                shown = Instant::now();
+                let (told, count) = (basins.told(), basins.fates.len());
                 let text = format!("{told} of {count}, {} attractors", basins.attractors.len());
                 bar.set(told as f64 / count as f64, text);
             }
-            if last.elapsed() >= EVERY {
-                last = Instant::now();
-                write(basins, &Status::Running)?;
-            }
-            Ok(match global.caller.signal() {
-                Some(_) => Go::Break(()),
-                None => Go::Continue(()),
-            })
+            kept.step(basins)
         };
         let ends_now = || global.caller.signal().is_some();
         let told = (&mut take as basins::Take, &ends_now as &(dyn Fn() -> bool + Sync));
-        let found = basins::find(system, &plan.plane, plan.basins.clone(), told);
+        let result = basins::find(system, &plan.plane, &mut found, told);
         bar.iter().for_each(Bar::clear);
-        let mut found = found?;
-        match global.caller.signal().filter(|_| found.told() < found.fates.len()) {
-            Some(signal) => {
-                write(&found, &Status::Interrupted)?;
-                Err(CliError::Interrupted(
-                    signal,
-                    format!(
-                        "interrupted; {} of {} states are told in {}: go on with the same command and --resume",
-                        found.told(),
-                        found.fates.len(),
-                        work.path.display()
-                    ),
-                ))
-            }
-            None => {
-                found.sort();
-                write(&found, &Status::Complete)?;
-                Ok(found)
-            }
+        let (told, count) = (found.told(), found.fates.len());
+        let is_whole = result.map(|()| told == count);
+        if matches!(is_whole, Ok(true)) {
+            found.sort();
         }
+        kept.end(found, is_whole, &format!("{told} of {count} states are told"))
     }
 
     fn say(&self, work: &Work, _: &Request, found: Basins) -> Result<Answer, CliError> {
-        let wall = work.wall();
-        Ok(work.global.answer(
-            || {
-                let mut object = to_json(&found);
-                object["wall_s"] = wall.into();
-                object["output"] = work.path.display().to_string().into();
-                object
-            },
-            || {
-                let file = work.path.display();
-                format!(
-                    "{}\n{}  {:<14}{wall:.3} s\n  {:<14}{file} (picture: signorini plot {file})\n",
-                    title(&work.scene),
-                    to_text(&found),
-                    "time",
-                    "written to",
-                )
-            },
-        ))
+        Ok(said(work, &found))
     }
 }
 
@@ -271,7 +226,7 @@ fn earlier(
     let stored = read_basins(path)?;
     let b = &stored.basins;
     let same = [
-        ("another scene", stored.scene == scene.source.text),
+        ("another scene", stored.head.scene == scene.source.text),
         ("another problem: a file that the scene names has changed", stored.problem == fingerprint),
         ("another --omega", b.omega == asked.omega),
         ("another --plane", b.axes == asked.axes),
@@ -283,23 +238,8 @@ fn earlier(
 
 /// What a file of basins holds.
 pub(super) fn inspect(file: &Path, scene: bool, global: &Global) -> Result<Answer, CliError> {
-    let stored = read_basins(file)?;
-    if scene && !global.json {
-        return Ok(Answer::text(stored.scene));
-    }
-    Ok(global.answer(
-        || {
-            let mut json = to_json(&stored.basins);
-            json["title"] = stored.title.clone().into();
-            json["status"] = stored.status.to_string().into();
-            json["scene"] = stored.scene.clone().into();
-            json
-        },
-        || {
-            let StoredBasins { title, status, basins, .. } = &stored;
-            format!("  {:<14}{title}\n  {:<14}{status}\n{}", "title", "status", to_text(basins))
-        },
-    ))
+    let StoredBasins { head, basins, .. } = read_basins(file)?;
+    Ok(inspected(global, scene, head, &basins))
 }
 
 fn share_to_json(s: Share) -> Value {
@@ -311,89 +251,91 @@ fn share_to_json(s: Share) -> Value {
     })
 }
 
-fn to_json(found: &Basins) -> Value {
-    let axis = |a: &StateAxis| json!({"name": a.name(), "range": [a.range.0, a.range.1]});
-    let attractor = |k: usize| {
-        let seen = &found.attractors[k].seen;
-        let mut json = share_to_json(found.share(Fate::Attractor(k)));
-        json["kind"] = seen.kind.word().into();
-        json["period_number"] = seen.kind.periods().into();
-        json["lyapunov"] = seen.exponent.into();
-        json["lyapunov_error"] = seen.exponent_error.into();
-        json["amplitude"] = seen.amplitude().into();
-        json["force"] = seen.force.into();
-        json["energy"] = seen.energy.into();
-        json
-    };
-    let others = Fate::OTHERS.map(|fate| (fate.to_string(), share_to_json(found.share(fate))));
-    let (size, seed) = match found.starts {
-        Starts::Grid(n) => (Some(n), None),
-        Starts::Drawn { seed, .. } => (None, Some(seed)),
-    };
-    json!({
-        "omega": found.omega,
-        "axes": found.axes.iter().map(axis).collect::<Vec<_>>(),
-        "size": size,
-        "seed": seed,
-        "states": found.fates.len(),
-        "told": found.told(),
-        "maps": found.maps.iter().sum::<usize>(),
-        "attractors": (0..found.attractors.len()).map(attractor).collect::<Vec<_>>(),
-        "others": others.into_iter().collect::<serde_json::Map<_, _>>(),
-    })
-}
-
-fn to_text(found: &Basins) -> String {
-    let mut out = String::new();
-    let count = found.fates.len();
-    let axes = |fixed: bool| -> Vec<String> {
-        let of = found.axes.iter().filter(|a| a.is_fixed() == fixed);
-        let text = |a: &StateAxis| match fixed {
-            true => format!("{} = {}", a.name(), a.range.0),
-            false => format!("{} from {} to {}", a.name(), a.range.0, a.range.1),
+impl Whole for Basins {
+    fn to_json(&self) -> Value {
+        let axis = |a: &StateAxis| json!({"name": a.name(), "range": [a.range.0, a.range.1]});
+        let attractor = |k: usize| {
+            let seen = &self.attractors[k].seen;
+            let mut json = share_to_json(self.share(Fate::Attractor(k)));
+            json["kind"] = seen.kind.word().into();
+            json["period_number"] = seen.kind.periods().into();
+            json["lyapunov"] = seen.exponent.into();
+            json["lyapunov_error"] = seen.exponent_error.into();
+            json["amplitude"] = seen.amplitude().into();
+            json["force"] = seen.force.into();
+            json["energy"] = seen.energy.into();
+            json
         };
-        of.map(text).collect()
-    };
-    let kind = match found.starts {
-        Starts::Grid(n) => format!("{n} x {n}"),
-        Starts::Drawn { count, seed } => format!("{count} drawn (seed {seed})"),
-    };
-    let all = [axes(false), axes(true)].concat().join(", ");
-    let _ = writeln!(out, "  {:<14}{kind}: {all}; omega = {}", "states", found.omega);
-    if found.told() < count {
-        let _ = writeln!(out, "  {:<14}{} of {count}", "told", found.told());
+        let others = Fate::OTHERS.map(|fate| (fate.to_string(), share_to_json(self.share(fate))));
+        let (size, seed) = match self.starts {
+            Starts::Grid(n) => (Some(n), None),
+            Starts::Drawn { seed, .. } => (None, Some(seed)),
+        };
+        json!({
+            "omega": self.omega,
+            "axes": self.axes.iter().map(axis).collect::<Vec<_>>(),
+            "size": size,
+            "seed": seed,
+            "states": self.fates.len(),
+            "told": self.told(),
+            "maps": self.maps.iter().sum::<usize>(),
+            "attractors": (0..self.attractors.len()).map(attractor).collect::<Vec<_>>(),
+            "others": others.into_iter().collect::<serde_json::Map<_, _>>(),
+        })
     }
-    let share = |s: Share| {
-        format!(
-            "{:.3} ± {:.3} (95 %: {:.3} to {:.3}), {} states",
-            s.share, s.error, s.interval.0, s.interval.1, s.count
-        )
-    };
-    for (k, a) in found.attractors.iter().enumerate() {
-        let (seen, name) = (&a.seen, format!("attractor {k}"));
-        let _ = writeln!(
-            out,
-            "  {name:<14}{}: {}; amplitude {}, force {}",
-            seen.kind,
-            share(found.share(Fate::Attractor(k))),
-            significant(seen.amplitude(), 6),
-            significant(seen.force, 6),
-        );
-    }
-    for fate in Fate::OTHERS {
-        let s = found.share(fate);
-        match fate {
-            _ if s.count == 0 => {}
-            Fate::Inside => {
-                let _ = writeln!(out, "  {:<14}{} states, left out", "inside", s.count);
-            }
-            _ => {
-                let _ = writeln!(out, "  {:<14}{}", fate.to_string(), share(s));
+
+    fn to_text(&self) -> String {
+        let mut out = String::new();
+        let count = self.fates.len();
+        let axes = |fixed: bool| -> Vec<String> {
+            let of = self.axes.iter().filter(|a| a.is_fixed() == fixed);
+            let text = |a: &StateAxis| match fixed {
+                true => format!("{} = {}", a.name(), a.range.0),
+                false => format!("{} from {} to {}", a.name(), a.range.0, a.range.1),
+            };
+            of.map(text).collect()
+        };
+        let kind = match self.starts {
+            Starts::Grid(n) => format!("{n} x {n}"),
+            Starts::Drawn { count, seed } => format!("{count} drawn (seed {seed})"),
+        };
+        let all = [axes(false), axes(true)].concat().join(", ");
+        let _ = writeln!(out, "  {:<14}{kind}: {all}; omega = {}", "states", self.omega);
+        if self.told() < count {
+            let _ = writeln!(out, "  {:<14}{} of {count}", "told", self.told());
+        }
+        let share = |s: Share| {
+            format!(
+                "{:.3} ± {:.3} (95 %: {:.3} to {:.3}), {} states",
+                s.share, s.error, s.interval.0, s.interval.1, s.count
+            )
+        };
+        for (k, a) in self.attractors.iter().enumerate() {
+            let (seen, name) = (&a.seen, format!("attractor {k}"));
+            let _ = writeln!(
+                out,
+                "  {name:<14}{}: {}; amplitude {}, force {}",
+                seen.kind,
+                share(self.share(Fate::Attractor(k))),
+                significant(seen.amplitude(), 6),
+                significant(seen.force, 6),
+            );
+        }
+        for fate in Fate::OTHERS {
+            let s = self.share(fate);
+            match fate {
+                _ if s.count == 0 => {}
+                Fate::Inside => {
+                    let _ = writeln!(out, "  {:<14}{} states, left out", "inside", s.count);
+                }
+                _ => {
+                    let _ = writeln!(out, "  {:<14}{}", fate.to_string(), share(s));
+                }
             }
         }
+        let told = self.told().max(1);
+        let maps = self.maps.iter().sum::<usize>() as f64 / told as f64;
+        let _ = writeln!(out, "  {:<14}{maps:.1} a state", "periods");
+        out
     }
-    let told = found.told().max(1);
-    let maps = found.maps.iter().sum::<usize>() as f64 / told as f64;
-    let _ = writeln!(out, "  {:<14}{maps:.1} a state", "periods");
-    out
 }

@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 use signorini::continuation::Go;
 use signorini::families::curves::{self, Asked, Start};
 use signorini::families::start;
-use signorini::orbit::Closure;
 use signorini::problem::Problem;
 use signorini::records::{Curve, CurveOf, Curves, Status};
 use signorini::report::summary::significant;
@@ -22,7 +21,8 @@ use super::progress::Bar;
 use super::ratios::one_ratio;
 use super::response::first_orbit;
 use super::task::{Files, Task, Work};
-use super::{Answer, CliError, Global, load, plain, title};
+use super::whole::{Whole, inspected, said};
+use super::{Answer, CliError, Global, load, plain};
 
 /// Arguments of `curve`.
 #[derive(Debug, Args)]
@@ -136,11 +136,7 @@ impl Task for Arguments {
         let scene = &work.scene;
         let frequencies = family::range(scene, self.range.as_deref())?;
         curves::value(scene, &key, range)?;
-        if start::closure(scene, &problem)? != Closure::FORCED {
-            let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
-            let issue = Issue::new("load", "a forced response needs a harmonic load", help);
-            return Err(scene.error(issue).into());
-        }
+        family::check_forced(scene, &problem, family::OF_RESPONSE)?;
         if scene.rubs() {
             let help =
                 "leave the friction out, or follow the response at several values: signorini study";
@@ -229,25 +225,7 @@ impl Task for Arguments {
     }
 
     fn say(&self, work: &Work, plan: &Request, found: Curves) -> Result<Answer, CliError> {
-        let wall = work.wall();
-        let answer = work.global.answer(
-            || {
-                let mut object = to_json(&found);
-                object["wall_s"] = wall.into();
-                object["output"] = work.path.display().to_string().into();
-                object
-            },
-            || {
-                let file = work.path.display();
-                format!(
-                    "{}\n{}  {:<14}{wall:.3} s\n  {:<14}{file} (picture: signorini plot {file})\n",
-                    title(&work.scene),
-                    to_text(&found),
-                    "time",
-                    "written to",
-                )
-            },
-        );
+        let answer = said(work, &found);
         Ok(match (found.all.is_empty(), found.lost.is_empty()) {
             // what some starts led to stands beside what others did not
             (false, _) => answer,
@@ -264,82 +242,70 @@ impl Task for Arguments {
 
 /// What a file of curves holds.
 pub(super) fn inspect(file: &Path, scene: bool, global: &Global) -> Result<Answer, CliError> {
-    let stored = read_curves(file)?;
-    if scene && !global.json {
-        return Ok(Answer::text(stored.scene));
-    }
-    Ok(global.answer(
-        || {
-            let mut json = to_json(&stored.curves);
-            json["title"] = stored.title.clone().into();
-            json["status"] = stored.status.to_string().into();
-            json["scene"] = stored.scene.clone().into();
-            json
-        },
-        || {
-            let StoredCurves { title, status, curves, .. } = &stored;
-            format!("  {:<14}{title}\n  {:<14}{status}\n{}", "title", "status", to_text(curves))
-        },
-    ))
+    let StoredCurves { head, curves, .. } = read_curves(file)?;
+    Ok(inspected(global, scene, head, &curves))
 }
 
-fn to_json(found: &Curves) -> Value {
-    let curve = |c: &Curve| {
-        let of = |f: &dyn Fn(&signorini::records::CurvePoint) -> Value| -> Vec<Value> {
-            c.points.iter().map(f).collect()
+impl Whole for Curves {
+    fn to_json(&self) -> Value {
+        let curve = |c: &Curve| {
+            let of = |f: &dyn Fn(&signorini::records::CurvePoint) -> Value| -> Vec<Value> {
+                c.points.iter().map(f).collect()
+            };
+            json!({
+                "periods": c.periods,
+                "node": c.node,
+                "closed": c.closed,
+                "ends": c.ends,
+                "omega": of(&|p| json!(p.omega)),
+                "value": of(&|p| json!(p.value)),
+                "theta": of(&|p| json!(p.theta)),
+                "special": of(&|p| json!(p.kind.word())),
+                "amplitude": of(&|p| json!(p.amplitude)),
+                "energy": of(&|p| json!(p.energy)),
+                "outside": of(&|p| json!(p.outside)),
+            })
         };
         json!({
-            "periods": c.periods,
-            "node": c.node,
-            "closed": c.closed,
-            "ends": c.ends,
-            "omega": of(&|p| json!(p.omega)),
-            "value": of(&|p| json!(p.value)),
-            "theta": of(&|p| json!(p.theta)),
-            "special": of(&|p| json!(p.kind.word())),
-            "amplitude": of(&|p| json!(p.amplitude)),
-            "energy": of(&|p| json!(p.energy)),
-            "outside": of(&|p| json!(p.outside)),
+            "of": self.of.word(),
+            "key": self.key,
+            "range": self.range,
+            "frequencies": self.frequencies,
+            "curves": self.all.iter().map(curve).collect::<Vec<_>>(),
+            "lost": self.lost,
         })
-    };
-    json!({
-        "of": found.of.word(),
-        "key": found.key,
-        "range": found.range,
-        "frequencies": found.frequencies,
-        "curves": found.all.iter().map(curve).collect::<Vec<_>>(),
-        "lost": found.lost,
-    })
-}
+    }
 
-fn to_text(found: &Curves) -> String {
-    let mut out = String::new();
-    if found.all.is_empty() {
-        let _ = writeln!(out, "  {:<14}none over {}", found.of.word(), found.key);
-    }
-    for (k, c) in found.all.iter().enumerate() {
-        let name = format!("{} {k}", found.of.word());
-        let periods = if c.periods > 1 { format!(", period {}", c.periods) } else { String::new() };
-        let node = c.node.map_or(String::new(), |node| format!(", node {node}"));
-        let how = match c.closed {
-            true => "closed".to_owned(),
-            false => format!("{} … {}", c.ends[0], c.ends[1]),
-        };
-        let _ = writeln!(out, "  {name:<14}{} points{periods}{node}: {how}", c.points.len());
-        for p in c.points.iter().filter(|p| curves::is_special(p)) {
-            let _ = writeln!(
-                out,
-                "  {:<14}{:<14}{} = {}, omega = {}",
-                "",
-                p.kind.word(),
-                found.key,
-                significant(p.value, 10),
-                significant(p.omega, 10)
-            );
+    fn to_text(&self) -> String {
+        let mut out = String::new();
+        if self.all.is_empty() {
+            let _ = writeln!(out, "  {:<14}none over {}", self.of.word(), self.key);
         }
+        for (k, c) in self.all.iter().enumerate() {
+            let name = format!("{} {k}", self.of.word());
+            let periods =
+                if c.periods > 1 { format!(", period {}", c.periods) } else { String::new() };
+            let node = c.node.map_or(String::new(), |node| format!(", node {node}"));
+            let how = match c.closed {
+                true => "closed".to_owned(),
+                false => format!("{} … {}", c.ends[0], c.ends[1]),
+            };
+            let _ = writeln!(out, "  {name:<14}{} points{periods}{node}: {how}", c.points.len());
+            for p in c.points.iter().filter(|p| curves::is_special(p)) {
+                let _ = writeln!(
+                    out,
+                    "  {:<14}{:<14}{} = {}, omega = {}",
+                    "",
+                    p.kind.word(),
+                    self.key,
+                    significant(p.value, 10),
+                    significant(p.omega, 10)
+                );
+            }
+        }
+        for lost in &self.lost {
+            let _ = writeln!(out, "  {:<14}{lost}", "lost");
+        }
+        out
     }
-    for lost in &found.lost {
-        let _ = writeln!(out, "  {:<14}{lost}", "lost");
-    }
-    out
 }

@@ -2,18 +2,15 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use signorini::continuation::Go;
-use signorini::families::{FamilyError, diagram, parameters, start};
-use signorini::orbit::Closure;
+use signorini::families::{diagram, parameters};
 use signorini::problem::Problem;
 use signorini::records::{Diagram, DiagramRow, Status, fingerprint};
 use signorini::report::summary::significant;
-use signorini::scenario::{Issue, Scene};
+use signorini::scenario::Scene;
 use signorini::store::{StoredDiagram, read_diagram, write_diagram};
 
 use super::curve::over;
@@ -21,10 +18,9 @@ use super::family::{self, Output};
 use super::progress::Bar;
 use super::ratios::one_ratio;
 use super::task::{Files, Task, Work, check_same};
-use super::{Answer, CliError, Global, load, title};
+use super::whole::{Kept, Whole, inspected, said};
+use super::{Answer, CliError, Global, load};
 
-/// How often what is found is written down.
-const EVERY: Duration = Duration::from_secs(10);
 /// Most steps of a walk.
 const MOST: usize = 100_000;
 
@@ -115,11 +111,7 @@ impl Task for Arguments {
         let problem = load::warned(&work.scene, work.global)?;
         let problem = family::reduce_if_large(work.global, &mut work.scene, problem)?;
         let scene = &work.scene;
-        if start::closure(scene, &problem)? != Closure::FORCED {
-            let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
-            let what = "a diagram is that of a body under a harmonic load";
-            return Err(scene.error(Issue::new("load", what, help)).into());
-        }
+        family::check_forced(scene, &problem, "a diagram is that of a body under a harmonic load")?;
         let omega = family::omega(scene, self.omega, None)?;
         family::check_frequency(&problem, omega)?;
         parameters::check_ends(scene, &key, (low, high))?;
@@ -136,7 +128,7 @@ impl Task for Arguments {
             true => Some(earlier(&work.path, (scene, fingerprint), &asked, self.way)?),
             false => None,
         };
-        let is_whole = earlier.as_ref().is_some_and(|e| e.status == Status::Complete);
+        let is_whole = earlier.as_ref().is_some_and(|e| e.head.status == Status::Complete);
         let diagram = earlier.map_or(asked, |e| e.diagram);
         Ok(Request { problem, fingerprint, diagram, is_whole })
     }
@@ -145,19 +137,16 @@ impl Task for Arguments {
         if plan.is_whole {
             return Ok(plan.diagram.clone());
         }
-        let global = work.global;
-        let options = work.options_again();
+        let (global, options) = (work.global, work.options_again());
         let write = |found: &Diagram, status: &Status| {
             let what = (&work.scene, &plan.problem.system, plan.fingerprint);
             write_diagram(&work.path, what, &options, found, status)
         };
-        // where the file cannot be written, that is said before anything is computed
-        write(&plan.diagram, &Status::Running)?;
-        global.caller.watch();
+        let mut found = plan.diagram.clone();
+        let mut kept = Kept::begin(work, &write, &found)?;
         let bar = Bar::new(global, &work.scene);
-        let mut last = Instant::now();
         let walks = self.way.falls();
-        let mut take = |found: &Diagram| -> Result<Go, FamilyError> {
+        let mut take = |found: &Diagram| {
             if let (Some(bar), Some(row)) = (&bar, found.rows.last()) {
                 let [low, high] = found.range;
                 let up = (row.value - low) / (high - low);
@@ -166,62 +155,16 @@ impl Task for Arguments {
                 let text = format!("{} = {:.4}: {}", found.key, row.value, row.seen.kind);
                 bar.set((done + share) / walks.len() as f64, text);
             }
-            if last.elapsed() >= EVERY {
-                last = Instant::now();
-                write(found, &Status::Running)?;
-            }
-            Ok(match global.caller.signal() {
-                Some(_) => Go::Break(()),
-                None => Go::Continue(()),
-            })
+            kept.step(found)
         };
-        let mut found = plan.diagram.clone();
         let go = diagram::follow((&work.scene, &plan.problem), &mut found, walks, &mut take);
         bar.iter().for_each(Bar::clear);
-        match (go, global.caller.signal()) {
-            (Ok(Go::Continue(())), _) => {
-                write(&found, &Status::Complete)?;
-                Ok(found)
-            }
-            (Ok(Go::Break(())), Some(signal)) => {
-                write(&found, &Status::Interrupted)?;
-                let text = format!(
-                    "interrupted; {} rows are in {}: go on with the same command and --resume",
-                    found.rows.len(),
-                    work.path.display()
-                );
-                Err(CliError::Interrupted(signal, text))
-            }
-            (Ok(Go::Break(())), None) => Err(CliError::Other("ended abnormally".into())),
-            (Err(e), _) => {
-                let e = CliError::from(e);
-                // the reason of the failure matters more than a failure to record it
-                let _ = write(&found, &Status::Failed(e.text()));
-                Err(e)
-            }
-        }
+        let told = format!("{} rows are", found.rows.len());
+        kept.end(found, go.map(|go| go.is_continue()), &told)
     }
 
     fn say(&self, work: &Work, _: &Request, found: Diagram) -> Result<Answer, CliError> {
-        let wall = work.wall();
-        Ok(work.global.answer(
-            || {
-                let mut object = to_json(&found);
-                object["wall_s"] = wall.into();
-                object["output"] = work.path.display().to_string().into();
-                object
-            },
-            || {
-                let file = work.path.display();
-                format!(
-                    "{}\n{}  {:<14}{wall:.3} s\n  {:<14}{file} (picture: signorini plot {file})\n",
-                    title(&work.scene),
-                    to_text(&found),
-                    "time",
-                    "written to",
-                )
-            },
-        ))
+        Ok(said(work, &found))
     }
 }
 
@@ -235,11 +178,11 @@ fn earlier(
     let stored = read_diagram(path)?;
     let d = &stored.diagram;
     let is_of_way = |row: &DiagramRow| way.falls().contains(&row.falls);
-    let whole = stored.status == Status::Complete;
+    let whole = stored.head.status == Status::Complete;
     let same_way = d.rows.iter().all(is_of_way)
         && (!whole || way.falls().iter().all(|f| d.walk(*f).next().is_some()));
     let same = [
-        ("another scene", stored.scene == scene.source.text),
+        ("another scene", stored.head.scene == scene.source.text),
         ("another problem: a file that the scene names has changed", stored.problem == fingerprint),
         ("another --omega", d.omega == asked.omega),
         ("another --over", d.key == asked.key && d.range == asked.range),
@@ -253,79 +196,66 @@ fn earlier(
 
 /// What a file of a diagram holds.
 pub(super) fn inspect(file: &Path, scene: bool, global: &Global) -> Result<Answer, CliError> {
-    let stored = read_diagram(file)?;
-    if scene && !global.json {
-        return Ok(Answer::text(stored.scene));
+    let StoredDiagram { head, diagram, .. } = read_diagram(file)?;
+    Ok(inspected(global, scene, head, &diagram))
+}
+
+impl Whole for Diagram {
+    fn to_json(&self) -> Value {
+        let of =
+            |f: &dyn Fn(&DiagramRow) -> Value| -> Vec<Value> { self.rows.iter().map(f).collect() };
+        json!({
+            "key": self.key,
+            "range": self.range,
+            "omega": self.omega,
+            "steps": self.steps,
+            "dwell": self.dwell,
+            "value": of(&|row| json!(row.value)),
+            "direction": of(&|row| json!(if row.falls { -1 } else { 1 })),
+            "kind": of(&|row| json!(row.seen.kind.word())),
+            "period_number": of(&|row| json!(row.seen.kind.periods())),
+            "lyapunov": of(&|row| json!(row.seen.exponent)),
+            "lyapunov_error": of(&|row| json!(row.seen.exponent_error)),
+            "amplitude": of(&|row| json!(row.seen.amplitude())),
+            "force": of(&|row| json!(row.seen.force)),
+            "special": of(&|row| json!(row.special.word())),
+        })
     }
-    Ok(global.answer(
-        || {
-            let mut json = to_json(&stored.diagram);
-            json["title"] = stored.title.clone().into();
-            json["status"] = stored.status.to_string().into();
-            json["scene"] = stored.scene.clone().into();
-            json
-        },
-        || {
-            let StoredDiagram { title, status, diagram, .. } = &stored;
-            format!("  {:<14}{title}\n  {:<14}{status}\n{}", "title", "status", to_text(diagram))
-        },
-    ))
-}
 
-fn to_json(found: &Diagram) -> Value {
-    let of =
-        |f: &dyn Fn(&DiagramRow) -> Value| -> Vec<Value> { found.rows.iter().map(f).collect() };
-    json!({
-        "key": found.key,
-        "range": found.range,
-        "omega": found.omega,
-        "steps": found.steps,
-        "dwell": found.dwell,
-        "value": of(&|row| json!(row.value)),
-        "direction": of(&|row| json!(if row.falls { -1 } else { 1 })),
-        "kind": of(&|row| json!(row.seen.kind.word())),
-        "period_number": of(&|row| json!(row.seen.kind.periods())),
-        "lyapunov": of(&|row| json!(row.seen.exponent)),
-        "lyapunov_error": of(&|row| json!(row.seen.exponent_error)),
-        "amplitude": of(&|row| json!(row.seen.amplitude())),
-        "force": of(&|row| json!(row.seen.force)),
-        "special": of(&|row| json!(row.special.word())),
-    })
-}
-
-fn to_text(found: &Diagram) -> String {
-    let mut out = String::new();
-    for falls in [false, true] {
-        let rows: Vec<&DiagramRow> = found.walk(falls).collect();
-        let (Some(first), Some(last)) = (rows.first(), rows.last()) else { continue };
-        let _ = writeln!(
-            out,
-            "  {:<14}{} from {} to {}, {} rows; omega = {}",
-            if falls { "down" } else { "up" },
-            found.key,
-            significant(first.value, 6),
-            significant(last.value, 6),
-            rows.len(),
-            found.omega
-        );
-        // stretches of one kind of motion without jumps
-        let mut from = 0;
-        for to in 1..=rows.len() {
-            if to < rows.len() && !rows[to].special.is_another_motion() {
-                continue;
-            }
-            let (a, b) = (rows[from], rows[to - 1]);
-            let jump = if rows[from].special.word() == "jump" { ", behind a jump" } else { "" };
+    fn to_text(&self) -> String {
+        let mut out = String::new();
+        for falls in [false, true] {
+            let rows: Vec<&DiagramRow> = self.walk(falls).collect();
+            let (Some(first), Some(last)) = (rows.first(), rows.last()) else { continue };
             let _ = writeln!(
                 out,
-                "  {:<14}{} to {}: {}{jump}",
-                "",
-                significant(a.value, 6),
-                significant(b.value, 6),
-                a.seen.kind,
+                "  {:<14}{} from {} to {}, {} rows; omega = {}",
+                if falls { "down" } else { "up" },
+                self.key,
+                significant(first.value, 6),
+                significant(last.value, 6),
+                rows.len(),
+                self.omega
             );
-            from = to;
+            // stretches of one kind of motion without jumps
+            let mut from = 0;
+            for to in 1..=rows.len() {
+                if to < rows.len() && !rows[to].special.is_another_motion() {
+                    continue;
+                }
+                let (a, b) = (rows[from], rows[to - 1]);
+                let jump = if rows[from].special.word() == "jump" { ", behind a jump" } else { "" };
+                let _ = writeln!(
+                    out,
+                    "  {:<14}{} to {}: {}{jump}",
+                    "",
+                    significant(a.value, 6),
+                    significant(b.value, 6),
+                    a.seen.kind,
+                );
+                from = to;
+            }
         }
+        out
     }
-    out
 }

@@ -43,6 +43,7 @@ mod trust;
 mod validate;
 mod view;
 mod viscous;
+mod whole;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -18,7 +18,7 @@ use signorini::problem::Problem;
 use signorini::records::{
     Branch, BranchEnd, Direction, EndReason, FamilyKind, Grid, PointRecord, Walk, fingerprint,
 };
-use signorini::scenario::{Issue, Scene};
+use signorini::scenario::Scene;
 use signorini::store::{FamilyPlan, StoredFamily};
 
 use super::balance::{self, Choice};
@@ -214,11 +214,7 @@ impl Request {
     fn check(&self, scene: &Scene, problem: &Problem) -> Result<(), CliError> {
         let (low, high) = self.options.range;
         [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
-        if start::closure(scene, problem)? != Closure::FORCED {
-            let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
-            let issue = Issue::new("load", "a forced response needs a harmonic load", help);
-            return Err(scene.error(issue).into());
-        }
+        family::check_forced(scene, problem, family::OF_RESPONSE)?;
         if self.choice.is_balance() {
             start::check_sought(scene, &problem.system, start::Sought::Series)?;
         }

@@ -82,17 +82,17 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
         Content::Basins => {
             let stored = read_basins(file)?;
             let sheet = basins::picture(&stored)?;
-            View::picture(&name(file), &stored.title, &sheet.svg(&Style::default())?)
+            View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
         }
         Content::Diagram => {
             let stored = read_diagram(file)?;
             let sheet = diagram::picture(&stored)?;
-            View::picture(&name(file), &stored.title, &sheet.svg(&Style::default())?)
+            View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
         }
         Content::Curves => {
             let stored = read_curves(file)?;
             let sheet = plane::picture(std::slice::from_ref(&stored))?;
-            View::picture(&name(file), &stored.title, &sheet.svg(&Style::default())?)
+            View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
         }
         Content::Study => {
             let text = "is of a study; give the files of its tasks (NAME.study/tasks/…/result.h5)";

@@ -39,19 +39,22 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// The coordinates of a frame vector along the axes: modes are orthogonal in the energy.
-    fn along(&self, body: &Propagator, z: &[f64]) -> Vec<f64> {
+    /// The coordinates of frame vectors along the axes: modes are orthogonal in the energy.
+    fn along(&self, body: &Propagator, states: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let count = self.axes.len();
         let origin = body.frame(&self.around);
         let from = |z: &[f64]| -> Vec<f64> { z.iter().zip(&origin).map(|(z, o)| z - o).collect() };
         let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let away = from(z);
-        let coordinate = |k: usize| {
+        let unit = |k: usize| {
             let at: Vec<f64> = (0..count).map(|j| f64::from(u8::from(j == k))).collect();
-            let unit = from(&body.frame(&self.state(&at)));
-            inner(&away, &unit) / inner(&unit, &unit)
+            from(&body.frame(&self.state(&at)))
         };
-        (0..count).map(coordinate).collect()
+        let units: Vec<Vec<f64>> = (0..count).map(unit).collect();
+        let coordinates = |z: &Vec<f64>| {
+            let away = from(z);
+            units.iter().map(|unit| inner(&away, unit) / inner(unit, unit)).collect()
+        };
+        states.iter().map(coordinates).collect()
     }
 
     /// The state with some coordinates.
@@ -136,7 +139,7 @@ fn batches(count: usize) -> Vec<usize> {
 
 /// What the threads share.
 struct Board<'a> {
-    basins: Basins,
+    basins: &'a mut Basins,
     known: Arc<Vec<Known>>,
     /// Ends of the batches that are left; the first is that of the batch in work.
     ends: Vec<usize>,
@@ -176,9 +179,9 @@ const LOOK: Duration = Duration::from_millis(50);
 pub fn find(
     system: &System,
     plane: &Plane,
-    basins: Basins,
+    basins: &mut Basins,
     (take, ends_now): (Take, &(dyn Fn() -> bool + Sync)),
-) -> Result<Basins, FamilyError> {
+) -> Result<(), FamilyError> {
     let list = order(basins.starts);
     let mut ends = batches(list.len());
     let is_left =
@@ -190,7 +193,7 @@ pub fn find(
         begin = end;
     }
     if ends.is_empty() {
-        return Ok(basins);
+        return Ok(());
     }
     let omega = basins.omega;
     let mut body = propagator(system)?;
@@ -251,10 +254,7 @@ pub fn find(
         work.stop.store(true, Ordering::Relaxed);
     });
     let board = work.board.into_inner().unwrap_or_else(PoisonError::into_inner);
-    match board.failed {
-        Some(e) => Err(e),
-        None => Ok(board.basins),
-    }
+    board.failed.map_or(Ok(()), Err)
 }
 
 fn propagator(system: &System) -> Result<Propagator, FamilyError> {
@@ -390,8 +390,7 @@ impl Board<'_> {
                 Some(known) => Fate::Attractor(match all.iter().position(|a| a.is(body, &known)) {
                     Some(k) => k,
                     None => {
-                        let along = |z: &Vec<f64>| plane.along(body, z);
-                        let at = known.states().iter().map(along).collect();
+                        let at = plane.along(body, known.states());
                         let found = found(body, (&attractor, &known), at, omega)?;
                         self.basins.attractors.push(found);
                         all.push(known);

@@ -3,10 +3,10 @@
 use super::FamilyError;
 use super::parameters::systems;
 use super::start::given;
-use super::sweep::{At, Ground, walk};
+use super::sweep::{At, Ground, settled_or_not, walk};
 use crate::continuation::Go;
 use crate::orbit::OrbitError;
-use crate::orbit::attractor::{Attractor, attractor, dwell};
+use crate::orbit::attractor::Attractor;
 use crate::orbit::values::Bodies;
 use crate::problem::Problem;
 use crate::records::{Diagram, DiagramRow, PointKind};
@@ -21,23 +21,19 @@ struct Values<'a, 'b> {
     falls: bool,
     diagram: &'b mut Diagram,
     take: Take<'b>,
-    failed: Option<FamilyError>,
 }
 
 impl Ground for Values<'_, '_> {
-    fn settle(&mut self, z: &[f64], value: f64) -> Result<Attractor, OrbitError> {
+    fn settle(&mut self, z: &[f64], value: f64) -> Result<Attractor, FamilyError> {
         let omega = self.diagram.omega;
         let z = self.bodies.in_body(value, z)?;
         let body = self.bodies.body(value)?;
-        let mut found = match self.diagram.dwell {
-            None => attractor(body, &z, omega)?,
-            Some(periods) => dwell(body, &z, omega, periods)?,
-        };
+        let mut found = settled_or_not(body, &z, omega, self.diagram.dwell)?;
         found.z = self.bodies.out_of_body(value, &found.z)?;
         Ok(found)
     }
 
-    fn take(&mut self, at: &At, special: PointKind, goes_on: bool) -> Result<Go, OrbitError> {
+    fn take(&mut self, at: &At, special: PointKind, goes_on: bool) -> Result<Go, FamilyError> {
         let At { place: value, found } = at;
         self.diagram.rows.push(DiagramRow {
             value: *value,
@@ -47,13 +43,7 @@ impl Ground for Values<'_, '_> {
             x: found.z.clone(),
             goes_on,
         });
-        match (self.take)(self.diagram) {
-            Ok(go) => Ok(go),
-            Err(e) => {
-                self.failed = Some(e);
-                Ok(Go::Break(()))
-            }
-        }
+        (self.take)(self.diagram)
     }
 }
 
@@ -85,11 +75,8 @@ pub fn follow(
         };
         let left: Vec<f64> = diagram.values(falls).into_iter().filter(is_left).collect();
         let closes_in = diagram.dwell.is_none();
-        let mut ground = Values { bodies, falls, diagram, take: &mut *take, failed: None };
+        let mut ground = Values { bodies, falls, diagram, take: &mut *take };
         let go = walk(&mut ground, &left, (&first, before), closes_in)?;
-        if let Some(e) = ground.failed {
-            return Err(e);
-        }
         if go.is_break() {
             return Ok(go);
         }

@@ -4,7 +4,7 @@
 use super::follow::Take;
 use super::{FamilyError, ended};
 use crate::continuation::Go;
-use crate::orbit::attractor::{Attractor, attractor, dwell};
+use crate::orbit::attractor::{self, Attractor};
 use crate::orbit::branch::record;
 use crate::orbit::{OrbitError, Propagator};
 use crate::records::{
@@ -55,10 +55,10 @@ impl Sweep {
 /// What is swept over: the frequency of the loads, or a number of the scene. All states are told in one frame.
 pub(super) trait Ground {
     /// What the body does at a place, from a state.
-    fn settle(&mut self, z: &[f64], place: f64) -> Result<Attractor, OrbitError>;
+    fn settle(&mut self, z: &[f64], place: f64) -> Result<Attractor, FamilyError>;
 
     /// Take what was found: what changed since the place before it, and whether a later run may go on from there.
-    fn take(&mut self, at: &At, special: PointKind, goes_on: bool) -> Result<Go, OrbitError>;
+    fn take(&mut self, at: &At, special: PointKind, goes_on: bool) -> Result<Go, FamilyError>;
 }
 
 /// What a body does at a place.
@@ -80,12 +80,12 @@ impl At {
 }
 
 /// Settle at a place.
-fn settled(ground: &mut dyn Ground, z: &[f64], place: f64) -> Result<At, OrbitError> {
+fn settled(ground: &mut dyn Ground, z: &[f64], place: f64) -> Result<At, FamilyError> {
     Ok(At { place, found: ground.settle(z, place)? })
 }
 
 /// What the body does between two places of which it is known that the motion changes between them, in the order of the walk.
-fn between(ground: &mut dyn Ground, before: &At, behind: f64) -> Result<Vec<At>, OrbitError> {
+fn between(ground: &mut dyn Ground, before: &At, behind: f64) -> Result<Vec<At>, FamilyError> {
     let (mut left, mut right) = (vec![], vec![]);
     let mut behind = behind;
     for _ in 0..HALVINGS {
@@ -108,7 +108,7 @@ pub(super) fn walk(
     places: &[f64],
     (first, mut before): (&[f64], Option<At>),
     closes_in: bool,
-) -> Result<Go, OrbitError> {
+) -> Result<Go, FamilyError> {
     for &place in places {
         let from = before.as_ref().map_or(first, |b| &b.found.z);
         let at = settled(ground, from, place)?;
@@ -139,6 +139,19 @@ pub(super) fn walk(
     Ok(Go::Continue(()))
 }
 
+/// What a body does under loads of frequency `omega` from the frame vector `z`: once it has settled, or for so many periods (`dwell`).
+pub(super) fn settled_or_not(
+    body: &mut Propagator,
+    z: &[f64],
+    omega: f64,
+    dwell: Option<usize>,
+) -> Result<Attractor, OrbitError> {
+    match dwell {
+        None => attractor::attractor(body, z, omega),
+        Some(periods) => attractor::dwell(body, z, omega, periods),
+    }
+}
+
 /// A body under loads of one frequency after the other.
 struct Frequencies<'a> {
     body: &'a mut Propagator,
@@ -149,14 +162,11 @@ struct Frequencies<'a> {
 }
 
 impl Ground for Frequencies<'_> {
-    fn settle(&mut self, z: &[f64], omega: f64) -> Result<Attractor, OrbitError> {
-        match self.dwell {
-            None => attractor(self.body, z, omega),
-            Some(periods) => dwell(self.body, z, omega, periods),
-        }
+    fn settle(&mut self, z: &[f64], omega: f64) -> Result<Attractor, FamilyError> {
+        Ok(settled_or_not(self.body, z, omega, self.dwell)?)
     }
 
-    fn take(&mut self, at: &At, special: PointKind, goes_on: bool) -> Result<Go, OrbitError> {
+    fn take(&mut self, at: &At, special: PointKind, goes_on: bool) -> Result<Go, FamilyError> {
         let At { place: omega, found } = at;
         let x = || found.z.iter().copied().chain([*omega]).collect();
         let index = self.index;

@@ -128,7 +128,7 @@ pub fn picture(stored: &StoredBasins) -> Result<Sheet<'static>, FigureError> {
     if more > 0 {
         what.push(format!("{more} more axes drawn"));
     }
-    Ok(Sheet::new(&stored.title, &what.join(", "))
+    Ok(Sheet::new(&stored.head.title, &what.join(", "))
         .legend(Legend::Rows(legend))
         .footer("dots: the attractors at phase zero of the loads".into())
         .row(560.0, vec![Cell::from(chart)]))

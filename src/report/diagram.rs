@@ -57,7 +57,7 @@ pub fn picture(stored: &StoredDiagram) -> Result<Sheet<'static>, FigureError> {
         "bifurcation diagram over {key} at ω = {}",
         super::summary::significant(diagram.omega, 6)
     );
-    Ok(Sheet::new(&stored.title, &what)
+    Ok(Sheet::new(&stored.head.title, &what)
         .legend(Legend::Rows(legend))
         .row(380.0, vec![chart(["", "least contact displacement in each period"], &dots, false)])
         .row(190.0, vec![chart(["", "largest exponent a period"], &exponent, true)])

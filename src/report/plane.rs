@@ -79,7 +79,7 @@ pub fn picture(files: &[StoredCurves]) -> Result<Sheet<'static>, FigureError> {
     let key = first.curves.key.as_str();
     let plane = chart(["frequency ω", key], |p| (p.omega, p.value));
     let heights = chart([key, "largest contact displacement"], |p| (p.value, p.amplitude));
-    Ok(Sheet::new(&first.title, &format!("curves over {key}"))
+    Ok(Sheet::new(&first.head.title, &format!("curves over {key}"))
         .legend(Legend::Rows(legend))
         .row(400.0, vec![plane])
         .row(270.0, vec![heights]))

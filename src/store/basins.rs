@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::careful::{Careful, open, reading};
-use super::header::{WriterOptions, write_whole};
+use super::header::{Head, WriterOptions, read_problem, write_problem, write_whole};
 use super::orbits::{matrix, read_scalar, scalar};
 use super::{StoreError, read_text, write_text};
 use crate::contact::System;
@@ -18,14 +18,10 @@ const OPEN: i64 = -9;
 /// Basins of a file.
 #[derive(Debug, Clone)]
 pub struct StoredBasins {
-    /// Scene title.
-    pub title: String,
-    /// Scene text.
-    pub scene: String,
+    /// Of which scene, and how it ended.
+    pub head: Head,
     /// All that the equations depend on, as one number.
     pub problem: u64,
-    /// How it ended.
-    pub status: Status,
     /// The basins.
     pub basins: Basins,
     /// The coordinates of all states along their axes.
@@ -47,7 +43,7 @@ pub fn write_basins(
     write_whole(path, (scene, system), options, (bytes, status), |file| {
         let g = file.create_group("basins")?;
         scalar(&g, "omega", basins.omega)?;
-        write_text(&g, "problem", &format!("{problem:016x}"))?;
+        write_problem(&g, problem)?;
         match basins.starts {
             Starts::Grid(n) => scalar(&g, "size", n as f64)?,
             Starts::Drawn { seed, .. } => {
@@ -180,13 +176,9 @@ pub fn read_basins(path: &Path) -> Result<StoredBasins, StoreError> {
         {
             return Err(bad("states and attractors do not fit each other"));
         }
-        let text = |name: &str| read_text(&file, name).unwrap_or_default();
-        let problem = read_text(&g, "problem").and_then(|s| u64::from_str_radix(&s, 16).ok());
         Ok(StoredBasins {
-            title: text("title"),
-            scene: text("scene"),
-            problem: problem.ok_or_else(|| bad("no fingerprint of the problem"))?,
-            status: Status::of_name(&text("status")),
+            head: Head::read(&file),
+            problem: read_problem(&g).ok_or_else(|| bad("no fingerprint of the problem"))?,
             basins,
             at,
         })

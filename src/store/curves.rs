@@ -6,7 +6,7 @@ use hdf5::types::VarLenUnicode;
 
 use super::bodies::words;
 use super::careful::{Careful, open, reading};
-use super::header::{WriterOptions, write_whole};
+use super::header::{Head, WriterOptions, write_whole};
 use super::orbits::{matrix, read_scalar, scalar};
 use super::{StoreError, read_text, write_text};
 use crate::contact::System;
@@ -71,12 +71,8 @@ pub fn write_curves(
 /// The curves of a file.
 #[derive(Debug, Clone)]
 pub struct StoredCurves {
-    /// Scene title.
-    pub title: String,
-    /// Scene text.
-    pub scene: String,
-    /// How it ended.
-    pub status: Status,
+    /// Of which scene, and how it ended.
+    pub head: Head,
     /// The curves.
     pub curves: Curves,
 }
@@ -108,10 +104,7 @@ pub fn read_curves(path: &Path) -> Result<StoredCurves, StoreError> {
             }
             curves.all.push(read_curve(&all.group(&k.to_string())?)?);
         }
-        let text = |name: &str| read_text(&file, name).unwrap_or_default();
-        let (title, scene, status) =
-            (text("title"), text("scene"), Status::of_name(&text("status")));
-        Ok(StoredCurves { title, scene, status, curves })
+        Ok(StoredCurves { head: Head::read(&file), curves })
     })
 }
 

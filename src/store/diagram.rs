@@ -6,7 +6,7 @@ use hdf5::types::VarLenUnicode;
 
 use super::bodies::words;
 use super::careful::{Careful, open, reading};
-use super::header::{WriterOptions, write_whole};
+use super::header::{Head, WriterOptions, read_problem, write_problem, write_whole};
 use super::orbits::{matrix, read_scalar, scalar};
 use super::sweep::{SweepWriter, read_sweep};
 use super::{StoreError, read_text, write_text};
@@ -17,14 +17,10 @@ use crate::scenario::Scene;
 /// The diagram of a file.
 #[derive(Debug, Clone)]
 pub struct StoredDiagram {
-    /// Scene title.
-    pub title: String,
-    /// Scene text.
-    pub scene: String,
+    /// Of which scene, and how it ended.
+    pub head: Head,
     /// All that the equations depend on, as one number.
     pub problem: u64,
-    /// How it ended.
-    pub status: Status,
     /// The diagram.
     pub diagram: Diagram,
 }
@@ -43,7 +39,7 @@ pub fn write_diagram(
     write_whole(path, (scene, system), options, (bytes, status), |file| {
         let g = file.create_group("diagram")?;
         write_text(&g, "key", &diagram.key)?;
-        write_text(&g, "problem", &format!("{problem:016x}"))?;
+        write_problem(&g, problem)?;
         scalar(&g, "omega", diagram.omega)?;
         scalar(&g, "steps", diagram.steps as f64)?;
         diagram.dwell.map_or(Ok(()), |n| scalar(&g, "dwell", n as f64))?;
@@ -109,13 +105,9 @@ pub fn read_diagram(path: &Path) -> Result<StoredDiagram, StoreError> {
             dwell: read_scalar(&g, "dwell").ok().map(|n| n as usize),
             rows,
         };
-        let text = |name: &str| read_text(&file, name).unwrap_or_default();
-        let problem = read_text(&g, "problem").and_then(|s| u64::from_str_radix(&s, 16).ok());
         Ok(StoredDiagram {
-            title: text("title"),
-            scene: text("scene"),
-            problem: problem.ok_or_else(|| bad("no fingerprint of the problem"))?,
-            status: Status::of_name(&text("status")),
+            head: Head::read(&file),
+            problem: read_problem(&g).ok_or_else(|| bad("no fingerprint of the problem"))?,
             diagram,
         })
     })

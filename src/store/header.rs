@@ -7,7 +7,7 @@ use super::describe::describe;
 use super::mesh::{size_of_mesh, write_mesh};
 use super::output::{Outputs, Staged, check_room};
 use super::swings::write_swings;
-use super::{StoreError, write_text};
+use super::{StoreError, read_text, write_text};
 use crate::contact::System;
 use crate::records::Status;
 use crate::scenario::Scene;
@@ -68,6 +68,35 @@ pub(super) fn write_whole(
         return Err(e);
     }
     staged.commit()
+}
+
+/// Of which scene a file is, and how its computation ended.
+#[derive(Debug, Clone)]
+pub struct Head {
+    /// Scene title.
+    pub title: String,
+    /// Scene text.
+    pub scene: String,
+    /// How it ended.
+    pub status: Status,
+}
+
+impl Head {
+    pub(super) fn read(file: &hdf5::File) -> Head {
+        let text = |name: &str| read_text(file, name).unwrap_or_default();
+        let (title, scene) = (text("title"), text("scene"));
+        Head { title, scene, status: Status::of_name(&text("status")) }
+    }
+}
+
+/// Write the number of all that the equations depend on.
+pub(super) fn write_problem(g: &hdf5::Group, problem: u64) -> Result<(), StoreError> {
+    write_text(g, "problem", &format!("{problem:016x}"))
+}
+
+/// The number of all that the equations depend on.
+pub(super) fn read_problem(g: &hdf5::Group) -> Option<u64> {
+    u64::from_str_radix(&read_text(g, "problem")?, 16).ok()
 }
 
 /// Program, scene, command, time.

@@ -64,6 +64,7 @@ pub use curves::{StoredCurves, read_curves, write_curves};
 pub use diagram::{StoredDiagram, read_diagram, write_diagram};
 pub use excursions::ExcursionRecord;
 pub(crate) use family::{FamilyPlan, FamilyWriter};
+pub use header::Head;
 pub(crate) use header::WriterOptions;
 pub use kept::Kept;
 pub use matrices::{Array, ArrayFormat, write_arrays};

@@ -7,10 +7,10 @@ mod statement;
 mod summary;
 
 pub(crate) use jobs::{Carried, Job, carry_out, conclude, run_jobs};
-pub use plan::{Output, omega, range};
 pub(crate) use plan::{
-    at_least_one, check_frequency, check_full, propagator, reduce_if_large, round_number,
-    writer_options,
+    OF_RESPONSE, at_least_one, check_forced, check_frequency, check_full, propagator,
+    reduce_if_large, round_number, writer_options,
 };
+pub use plan::{Output, omega, range};
 pub(crate) use statement::state;
 pub(crate) use summary::answer;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use signorini::contact::System;
-use signorini::orbit::Propagator;
+use signorini::families::start;
+use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::scenario::{BodyKind, Change, Issue, Scene};
 use signorini::store::{Outputs, WriterOptions};
@@ -100,6 +101,23 @@ pub(crate) fn reduce_if_large(
     let kind = Change::set("reduction.kind", kind);
     *scene = scene.with(&[kind, Change::set("reduction.modes", MODES.to_string())])?;
     load::of_scene(scene)
+}
+
+/// What a forced response needs.
+pub(crate) const OF_RESPONSE: &str = "a forced response needs a harmonic load";
+
+/// Refuse a scene whose motions no harmonic load keeps going; `message` says what needs one.
+pub(crate) fn check_forced(
+    scene: &Scene,
+    problem: &Problem,
+    message: &str,
+) -> Result<(), CliError> {
+    if start::closure(scene, problem)? == Closure::FORCED {
+        return Ok(());
+    }
+    let help =
+        "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
+    Err(scene.error(Issue::new("load", message, help)).into())
 }
 
 /// A number of points.
