@@ -140,6 +140,13 @@ fn chaos_is_one_attractor_and_so_is_a_torus() {
     assert_eq!(kinds(&found), [AttractorKind::QuasiPeriodic]);
     assert_eq!(found.told(), 16);
     assert_eq!(found.axes[2].range, (0.3, 0.3));
+    assert!(found.attractors[0].rotation.unwrap().0 > 0.379);
+    // an independent program: the weighted mean of Birkhoff of a settled motion
+    let nearer = text.replace("omega = 2.94", "omega = 2.93");
+    let (found, said) = basins(&folder, &nearer, &more);
+    let (rho, error) = found.attractors[0].rotation.unwrap();
+    assert!((rho - 0.379_992_1).abs() < 2e-7 && error < 1e-5, "{rho} {error}");
+    assert_eq!(said["attractors"][0]["rotation_number"].as_f64(), Some(rho));
 }
 
 /// The problem of the oscillator with its plane, and what is asked for.
@@ -148,7 +155,7 @@ fn asked(folder: &TempDir, size: usize) -> (Problem, Plane, Basins) {
     let scene = Scene::read(std::path::Path::new(&path)).unwrap();
     let problem = Problem::new(&scene, None).unwrap();
     let axis = |is_velocity| StateAxis { mode: 1, is_velocity, range: (-3.0, 3.0) };
-    let (around, shapes) = mode_shapes(&scene, &problem.system, &[1, 1]).unwrap();
+    let (around, shapes) = mode_shapes(&problem.system, &[1, 1]).unwrap();
     let asked = Basins {
         omega: 1.2,
         axes: vec![axis(false), axis(true)],

@@ -57,6 +57,7 @@ mod page;
 mod pair_relations;
 mod pairs;
 mod pdf;
+mod phase_resonance;
 mod portions;
 mod preload;
 mod probes;

@@ -390,7 +390,7 @@ fn basins_and_diagrams_go_on() {
     let scene = "scenarios/two-mass-stop.toml";
     let basins = ["basins", scene, "--omega", "0.7", "--size", "10"].map(str::to_owned);
     let over = "load[0].amplitude=0.05,0.4";
-    let diagram = ["diagram", scene, "--omega", "0.7", "--over", over, "--steps", "12"];
+    let diagram = ["diagram", scene, "--omega", "0.7", "--over", over, "--steps", "30"];
     for (name, words) in
         [("basins", basins.to_vec()), ("diagram", diagram.map(str::to_owned).to_vec())]
     {

@@ -10,7 +10,7 @@ have the names of the JSON keys of the command line, arrays as NumPy arrays; ``o
 are values; bad input is a ``SceneError`` with file, line and key. Units are those of the scene.
 """
 
-from ._commands import backbone, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, response, run
+from ._commands import backbone, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, phase_resonance, response, run
 from ._errors import FileError, NumericsError, SceneError, SignoriniError
 from ._files import Group
 from ._mesh import Mesh
@@ -26,6 +26,7 @@ from ._results import (
     Modes,
     Orbit,
     OrbitFound,
+    PhaseResonance,
     Point,
     Result,
     Run,
@@ -51,6 +52,7 @@ __all__ = [
     "NumericsError",
     "Orbit",
     "OrbitFound",
+    "PhaseResonance",
     "Point",
     "Result",
     "Run",
@@ -69,6 +71,7 @@ __all__ = [
     "open",
     "orbit",
     "orbits",
+    "phase_resonance",
     "response",
     "run",
 ]

@@ -19,7 +19,7 @@ from . import _signorini
 from ._errors import SceneError
 from ._files import Store, scratch
 from ._progress import Progress, Shown
-from ._results import Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, Result, Run, Verdict, load
+from ._results import Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, PhaseResonance, Result, Run, Verdict, load
 from ._scene import Scene, ScenePath, as_scene
 
 AnyScene = Union[Scene, ScenePath, Mapping[str, Any]]
@@ -435,6 +435,42 @@ def diagram(
     options = {"over": _over(over), "steps": steps, "way": way, "dwell": dwell, "omega": omega, "ratio": ratio}
     options |= {"resume": resume, "force": force}
     return _result(*_to_file("diagram", scene, output, options, progress))
+
+
+def phase_resonance(
+    scene: AnyScene,
+    over: Mapping[str, tuple[float, float]],
+    output: Output = None,
+    *,
+    steps: int | None = None,
+    omega: float | None = None,
+    gains: tuple[float, float] | None = None,
+    tolerance: float | None = None,
+    noise: float | None = None,
+    average: int | None = None,
+    seed: int | None = None,
+    ratio: float | None = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+) -> PhaseResonance:
+    """A laboratory's test: the frequency is steered until the displacement lags a quarter of a period behind the loads, value by value of one of them.
+
+    Args:
+        over: the key of the number, mostly the size of a load, and its range: ``{"load[0].amplitude": (0.05, 0.5)}``.
+        steps: from one end of the range to the other [default: 20].
+        omega: circular frequency to begin with [default: that of mode 1 of the body at rest].
+        gains: of the loop, of frequency over radians: the proportional one, and that of the sum [default: from the decay of the mode next to ``omega``].
+        tolerance: the loop is at rest where the lag is as near as this to a quarter turn, in radians [default: 1e-6].
+        noise: standard deviation of what each period's readings are off by, relative, and of the lag in radians [default: 0]; seed, that of the noise.
+        average: periods that are averaged over at each value [default: 200 with noise, else 1].
+        ratio: damping ratio [default: that of the scene].
+        output, resume, force, progress: as for ``run``.
+    """
+    pair = None if gains is None else _list(gains)
+    options = {"over": _over(over), "steps": steps, "omega": omega, "gains": pair, "tolerance": tolerance, "noise": noise}
+    options |= {"average": average, "seed": seed, "ratio": ratio, "resume": resume, "force": force}
+    return _result(*_to_file("phase-resonance", scene, output, options, progress))
 
 
 def crosscheck(

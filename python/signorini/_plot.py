@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._results import Basins, Comparison, Crosscheck, Curves, Diagram, Family, Orbit, Result, Run
+from ._results import Basins, Comparison, Crosscheck, Curves, Diagram, Family, Orbit, PhaseResonance, Result, Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ def draw(result: Result, **options: Any) -> Figure:
             self.savefig(image, format="png", dpi=110)
             return image.getvalue()
 
-    drawn = [(Basins, _basins), (Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Diagram, _diagram), (Family, _family), (Orbit, _orbit), (Run, _run)]
+    drawn = [(Basins, _basins), (Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Diagram, _diagram), (Family, _family), (Orbit, _orbit), (PhaseResonance, _phase_resonance), (Run, _run)]
     for kind, of in drawn:
         if isinstance(result, kind):
             return of(Shown, result, **options)
@@ -76,6 +76,19 @@ def _diagram(figure: type[Figure], diagram: Diagram) -> Figure:
     _clean(depths, "", "least contact displacement in each period")
     _clean(exponents, diagram.key, "largest exponent a period")
     depths.set_title(f"{diagram.title}: over {diagram.key} at {diagram.omega:.6g}", loc="left")
+    return shown
+
+
+def _phase_resonance(figure: type[Figure], test: PhaseResonance) -> Figure:
+    shown = figure(figsize=(7, 6), layout="constrained")
+    heights, losses = shown.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    at = test.locked == 1
+    bars = {"xerr": 2 * test.omega_error[at], "fmt": ".-", "color": COLOURS[0], "ecolor": COLOURS[1], "lw": 1}
+    heights.errorbar(test.omega[at], test.amplitude[at], yerr=2 * test.amplitude_error[at], **bars)
+    losses.errorbar(test.omega[at], test.damping[at], yerr=2 * (test.damping * test.work_error / test.work)[at], **bars)
+    _clean(heights, "", "largest contact displacement")
+    _clean(losses, "frequency", "damping ratio W/(4πE)")
+    heights.set_title(f"{test.title}: phase resonance over {test.key}", loc="left")
     return shown
 
 

@@ -895,6 +895,52 @@ class Diagram(Result):
         return f"{self.title!r}: {self.status}, {len(self)} values of {self.key}"
 
 
+class PhaseResonance(Result):
+    """A test of phase resonance, a row a value of a number of the scene.
+
+    Attributes:
+        key: key of the number in the scene; ``range``, its range; ``gains``, those of the loop; ``noise``, what readings are off by.
+        value, locked (1: the loop came to rest), periods (until it did), note [n].
+        omega, lag, amplitude, force, work [n], and their standard errors omega_error, lag_error, amplitude_error, force_error, work_error.
+        energy, damping (W/(4πE)) [n].
+    """
+
+    key: str
+    range: np.ndarray
+    gains: np.ndarray
+    value: np.ndarray
+    locked: np.ndarray
+    periods: np.ndarray
+    omega: np.ndarray
+    omega_error: np.ndarray
+    lag: np.ndarray
+    lag_error: np.ndarray
+    amplitude: np.ndarray
+    amplitude_error: np.ndarray
+    force: np.ndarray
+    force_error: np.ndarray
+    work: np.ndarray
+    work_error: np.ndarray
+    energy: np.ndarray
+    damping: np.ndarray
+    note: np.ndarray
+    wall_s: float
+
+    def _groups(self) -> list[str]:
+        return ["phase_resonance"]
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of what readings are off by."""
+        return float(self["phase_resonance"]["noise"])
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}, {int(self.locked.sum())} of {len(self)} values of {self.key} at phase resonance"
+
+
 class Comparison(Result):
     """Contact methods, meshes and parameters side by side, one row each; its columns by name [rows].
 
@@ -947,7 +993,7 @@ class Modes:
         return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"
 
 
-AnyResult = Union[Run, Orbit, Family, Crosscheck, Curves, Diagram, Basins, Comparison]
+AnyResult = Union[Run, Orbit, Family, Crosscheck, Curves, Diagram, PhaseResonance, Basins, Comparison]
 
 
 def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
@@ -957,6 +1003,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
         ("comparison", Comparison),
         ("basins", Basins),
         ("diagram", Diagram),
+        ("phase_resonance", PhaseResonance),
         ("curves", Curves),
         ("crosscheck", Crosscheck),
         ("backbone", Family),
@@ -970,7 +1017,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
 
 
 def open(path: str | PathLike[str]) -> AnyResult:
-    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Curves``, ``Diagram``, ``Basins`` or ``Comparison``.
+    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Curves``, ``Diagram``, ``PhaseResonance``, ``Basins`` or ``Comparison``.
 
     Raises:
         FileNotFoundError: there is none.

@@ -25,6 +25,8 @@ use super::{Answer, CliError, Global, load};
 const SHOWN: Duration = Duration::from_millis(100);
 /// Most cells along an axis, and most states that are drawn.
 const MOST: (usize, usize) = (2000, 4_000_000);
+/// Largest coordinate of a state.
+const LARGEST: f64 = 1e6;
 
 /// Arguments of `basins`.
 #[derive(Debug, Args)]
@@ -80,6 +82,11 @@ fn axis(text: &str) -> Result<StateAxis, CliError> {
     let mode: usize = mode.parse().ok().filter(|m| *m > 0).ok_or_else(refuse)?;
     let number = |s: &str| s.trim().parse::<f64>().ok().filter(|x| x.is_finite());
     let ends: Option<Vec<f64>> = ends.split(',').map(number).collect();
+    if ends.iter().flatten().any(|x| x.abs() > LARGEST) {
+        let text =
+            format!("--plane {text}: give numbers up to {LARGEST}; 1 is where contact begins");
+        return Err(CliError::Input(text));
+    }
     let range = match ends.as_deref() {
         Some(&[low, high]) if low < high => (low, high),
         Some(&[one]) => (one, one),
@@ -105,7 +112,7 @@ impl Arguments {
         let (most, most_drawn) = MOST;
         match self.samples {
             None if free != 2 => input(format!(
-                "--plane has {free} axes with a range: give two for a plane of cells, or --samples N for states that are drawn"
+                "--plane: {free} with a range; give two for a plane of cells, or --samples N for states that are drawn"
             )),
             None if self.size > most => input(format!("--size {}: give at most {most}", self.size)),
             Some(n) if n > most_drawn => input(format!("--samples {n}: give at most {most_drawn}")),
@@ -146,8 +153,9 @@ impl Task for Arguments {
         let omega = family::omega(scene, self.omega, None)?;
         family::check_frequency(&problem, omega)?;
         let system = &problem.system;
+        family::check_settles(scene, system, "")?;
         let modes: Vec<usize> = axes.iter().map(|a| a.mode).collect();
-        let shapes = mode_shapes(scene, system, &modes);
+        let shapes = mode_shapes(system, &modes);
         let (around, shapes) = shapes.map_err(|e| CliError::Input(format!("--plane: {e}")))?;
         let count = Basins::count(starts);
         let asked = Basins {
@@ -261,6 +269,8 @@ impl Whole for Basins {
             json["period_number"] = seen.kind.periods().into();
             json["lyapunov"] = seen.exponent.into();
             json["lyapunov_error"] = seen.exponent_error.into();
+            json["rotation_number"] = self.attractors[k].rotation.map(|r| r.0).into();
+            json["rotation_error"] = self.attractors[k].rotation.map(|r| r.1).into();
             json["amplitude"] = seen.amplitude().into();
             json["force"] = seen.force.into();
             json["energy"] = seen.energy.into();
@@ -320,6 +330,9 @@ impl Whole for Basins {
                 significant(seen.amplitude(), 6),
                 significant(seen.force, 6),
             );
+            if let Some((rho, error)) = a.rotation {
+                let _ = writeln!(out, "  {:<14}rotation number {rho:.7} ± {error:.0e}", "");
+            }
         }
         for fate in Fate::OTHERS {
             let s = self.share(fate);

@@ -292,6 +292,7 @@ fn kind(path: &Path) -> &'static str {
         Ok(Content::Family) => "a family by shooting",
         Ok(Content::Basins) => "basins",
         Ok(Content::Diagram) => "a bifurcation diagram",
+        Ok(Content::PhaseResonance) => "a test of phase resonance",
         Ok(Content::Curves) => "curves",
         Ok(Content::Comparison) => "`compare`",
         Ok(Content::Study) => "a study",

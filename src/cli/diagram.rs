@@ -16,7 +16,7 @@ use signorini::store::{StoredDiagram, read_diagram, write_diagram};
 use super::curve::over;
 use super::family::{self, Output};
 use super::progress::Bar;
-use super::ratios::one_ratio;
+use super::ratios::changed_ratio;
 use super::task::{Files, Task, Work, check_same};
 use super::whole::{Kept, Whole, inspected, said};
 use super::{Answer, CliError, Global, load};
@@ -106,15 +106,17 @@ impl Task for Arguments {
             return Err(CliError::Input(format!("--steps {}: give at most {MOST}", self.steps)));
         }
         let (key, (low, high)) = over(&self.over)?;
-        let (_, scene) = one_ratio(&work.scene, self.ratio)?;
-        work.scene = scene;
+        work.scene = changed_ratio(&work.scene, self.ratio, &key)?;
         let problem = load::warned(&work.scene, work.global)?;
         let problem = family::reduce_if_large(work.global, &mut work.scene, problem)?;
         let scene = &work.scene;
         family::check_forced(scene, &problem, "a diagram is that of a body under a harmonic load")?;
         let omega = family::omega(scene, self.omega, None)?;
         family::check_frequency(&problem, omega)?;
-        parameters::check_ends(scene, &key, (low, high))?;
+        let ends = parameters::at_ends(scene, &key, (low, high))?;
+        if self.dwell.is_none() {
+            family::check_settle_at(scene, &key, (low, high), &ends)?;
+        }
         let asked = Diagram {
             key,
             range: [low, high],

@@ -31,7 +31,7 @@ pub(super) fn scenes(
         return refuse(response, "it has no branch");
     }
     match ratios(response) {
-        Some(ratios) => with_ratios(scene, Some(&ratios)),
+        Some(ratios) => with_ratios(scene, "--ratios", Some(&ratios)),
         None => Ok(vec![(None, scene.clone())]),
     }
 }

@@ -6,10 +6,12 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use signorini::report::export::{self, ExportError, Plan, Selection, Written};
-use signorini::report::{basins, comparison, crosscheck, diagram, families, plane};
+use signorini::report::{
+    basins, comparison, crosscheck, diagram, families, phase_resonance, plane,
+};
 use signorini::store::{
     Content, Outputs, Stored, StoredFamily, content, read_basins, read_comparison, read_crosscheck,
-    read_curves, read_diagram, replace,
+    read_curves, read_diagram, read_resonance, replace, without_ending,
 };
 
 use super::{Answer, CliError, Global};
@@ -89,8 +91,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let selection = selection(arguments)?;
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
     // a name with the ending that it will have
-    let stem =
-        if stem.extension().is_some_and(|e| e == "csv") { stem.with_extension("") } else { stem };
+    let stem = without_ending(stem, &["csv", "vtkhdf", "vtu", "pvd", "xdmf"]);
     let outputs = Outputs::new(arguments.force).reads(arguments.file.clone());
     let folder = stem.parent().filter(|f| !f.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|f| !f.is_dir()) {
@@ -104,6 +105,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             | Content::Curves
             | Content::Basins
             | Content::Diagram
+            | Content::PhaseResonance
     ) {
         (table(arguments, &outputs, &stem)?, None)
     } else {
@@ -202,6 +204,7 @@ fn table(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Writte
     let text = match content(&arguments.file)? {
         Content::Basins => basins::csv(&read_basins(&arguments.file)?),
         Content::Diagram => diagram::csv(&read_diagram(&arguments.file)?),
+        Content::PhaseResonance => phase_resonance::csv(&read_resonance(&arguments.file)?),
         Content::Curves => plane::csv(&read_curves(&arguments.file)?),
         Content::Comparison => comparison::csv(&read_comparison(&arguments.file)?.comparison),
         _ => match read_crosscheck(&arguments.file)? {

@@ -19,6 +19,7 @@ use signorini::store::{
 
 use super::{
     Answer, CliError, Global, basins, curve, diagram, inspect_matrix, inspect_mesh, inspect_scene,
+    phase_resonance,
 };
 
 /// Arguments of `inspect`.
@@ -121,6 +122,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         Content::Family => return family(arguments, global),
         Content::Basins => return basins::inspect(&arguments.file, arguments.scene, global),
         Content::Diagram => return diagram::inspect(&arguments.file, arguments.scene, global),
+        Content::PhaseResonance => {
+            return phase_resonance::inspect(&arguments.file, arguments.scene, global);
+        }
         Content::Curves => return curve::inspect(&arguments.file, arguments.scene, global),
         Content::Comparison => return compared(arguments, global),
         Content::Study => return study(arguments, global),

@@ -28,6 +28,7 @@ mod manual;
 mod modes;
 mod new;
 mod orbit;
+mod phase_resonance;
 mod plot;
 mod precision;
 mod progress;
@@ -93,6 +94,8 @@ enum Command {
     Basins(basins::Arguments),
     /// A bifurcation diagram: what a forced body settles to while a number of its scene goes up, or down
     Diagram(diagram::Arguments),
+    /// A laboratory's test of phase resonance: the frequency is steered until the displacement lags a quarter of a period, value by value of a load
+    PhaseResonance(phase_resonance::Arguments),
     /// Harmonic-balance results against the equations in time: is each point a true motion?
     Crosscheck(crosscheck::Arguments),
     /// Pictures (SVG, PNG, PDF) of what a file holds
@@ -155,6 +158,7 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Curve(a) => task::run(a, global),
         Command::Basins(a) => task::run(a, global),
         Command::Diagram(a) => task::run(a, global),
+        Command::PhaseResonance(a) => task::run(a, global),
         Command::Crosscheck(a) => task::run(a, global),
         Command::Plot(a) => plot::run(a, global),
         Command::View(a) => view::run(a, global),

@@ -10,10 +10,11 @@ use signorini::report::families;
 use signorini::report::figure::{self, Drawing, Style};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
-use signorini::report::{basins, diagram, plane};
+use signorini::report::{basins, diagram, phase_resonance, plane};
 use signorini::store::{
     Content, Outputs, Stored, StoredFamily, beside, content, read_basins, read_comparison,
-    read_crosscheck, read_curves, read_diagram, read_stored_orbit, read_switch_rates,
+    read_crosscheck, read_curves, read_diagram, read_resonance, read_stored_orbit,
+    read_switch_rates, without_ending,
 };
 
 use super::{Answer, CliError, Global, view};
@@ -116,6 +117,16 @@ impl Arguments {
         Style { width: self.width, titles: !self.no_title }
     }
 
+    /// Beginning of the names of pictures of one file.
+    fn stem(&self, file: &Path) -> PathBuf {
+        self.given().unwrap_or_else(|| file.with_extension(""))
+    }
+
+    /// Beginning of their names that was given.
+    fn given(&self) -> Option<PathBuf> {
+        self.output.clone().map(|stem| without_ending(stem, &["png", "svg", "apng"]))
+    }
+
     /// Write pictures as they are asked for.
     fn save(&self, drawings: &[Drawing]) -> Result<Vec<PathBuf>, CliError> {
         let outputs = Outputs::new(false).reads_all(self.files.iter().cloned());
@@ -168,7 +179,7 @@ fn animation(arguments: &Arguments, global: &Global) -> Result<Answer, CliError>
     }
     let stored = Stored::read(file)?;
     let frames = pictures::frames(&stored, usize::from(arguments.frames), &arguments.style())?;
-    let stem = arguments.output.clone().unwrap_or_else(|| file.with_extension(""));
+    let stem = arguments.stem(file);
     let outputs = Outputs::new(false).reads(file.clone());
     let look = (arguments.dpi.unwrap_or(SCREEN), RATE);
     let path = figure::animate(&beside(&stem, "-shapes"), &frames, &outputs, look)?;
@@ -199,6 +210,7 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
         Content::Comparison => vec!["comparison"],
         Content::Basins => vec!["basins"],
         Content::Diagram => vec!["diagram"],
+        Content::PhaseResonance => vec!["phase-resonance"],
         Content::Curves => vec!["curves"],
         Content::Study => {
             let text = "is of a study: `signorini study collect` draws it (--show), and `plot` the files of its tasks";
@@ -219,7 +231,7 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
         let message = "--axis belongs to the picture of a family (`backbone`, `response`)";
         return Err(CliError::Input(message.into()));
     }
-    let stem = arguments.output.clone().unwrap_or_else(|| file.with_extension(""));
+    let stem = arguments.stem(file);
     if matches!(kind, Content::Run | Content::Orbit) {
         return of_run(arguments, file, &stem);
     }
@@ -238,6 +250,10 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
     }
     if kind == Content::Diagram {
         let sheet = diagram::picture(&read_diagram(file)?)?;
+        return arguments.save(&[Drawing { stem, sheet }]);
+    }
+    if kind == Content::PhaseResonance {
+        let sheet = phase_resonance::picture(&read_resonance(file)?)?;
         return arguments.save(&[Drawing { stem, sheet }]);
     }
     if kind == Content::Curves {
@@ -280,23 +296,27 @@ fn of_files(arguments: &Arguments) -> Result<Drawing<'static>, CliError> {
     if !of_other.1.is_empty() {
         return input(format!("--{}: the picture shows the {}", of_other.0, of_axis.0));
     }
-    let options = overlay::Options {
+    let mut options = overlay::Options {
         axis: axis.into(),
         value: limits(of_axis.0, of_axis.1)?,
         frequency: limits("frequency", &arguments.frequency)?,
         points: arguments.point.iter().map(|p| point(p)).collect::<Result<_, _>>()?,
+        tests: vec![],
     };
     let mut all = vec![];
     for file in &arguments.files {
-        if content(file)? != Content::Family {
-            return input(format!(
-                "{}: several files are drawn in one picture if they all hold families (of `backbone`, `response`, `crosscheck`)",
-                file.display()
-            ));
+        match content(file)? {
+            Content::Family => all.push(StoredFamily::read(file)?),
+            Content::PhaseResonance => options.tests.push(read_resonance(file)?),
+            _ => {
+                return input(format!(
+                    "{}: several files are drawn in one picture if they all hold families (of `backbone`, `response`, `crosscheck`) or tests of phase resonance",
+                    file.display()
+                ));
+            }
         }
-        all.push(StoredFamily::read(file)?);
     }
-    let stem = arguments.output.clone().unwrap_or_else(|| PathBuf::from("overlay"));
+    let stem = arguments.given().unwrap_or_else(|| PathBuf::from("overlay"));
     Ok(overlay::picture(&all, &options, &stem)?)
 }
 
@@ -313,7 +333,7 @@ fn of_curves(arguments: &Arguments) -> Result<Drawing<'static>, CliError> {
             other.curves.key
         )));
     }
-    let stem = arguments.output.clone().unwrap_or_else(|| PathBuf::from("curves"));
+    let stem = arguments.given().unwrap_or_else(|| PathBuf::from("curves"));
     Ok(Drawing { stem, sheet: plane::picture(&all)? })
 }
 

@@ -113,7 +113,7 @@ impl Arguments {
         let simple = self.doublings.as_deref().or(self.through.as_deref());
         let simple = simple.map(StoredFamily::read).transpose()?;
         let mut scenes = match &simple {
-            None => with_ratios(scene, self.ratios.as_deref())?,
+            None => with_ratios(scene, "--ratios", self.ratios.as_deref())?,
             Some(simple) => doublings::scenes(simple, scene)?,
         };
         if self.through.is_some() {
@@ -215,6 +215,9 @@ impl Request {
         let (low, high) = self.options.range;
         [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
         family::check_forced(scene, problem, family::OF_RESPONSE)?;
+        if matches!(self.walk, Walk::Sweep { dwell: None, .. }) {
+            family::check_settles(scene, &problem.system, "")?;
+        }
         if self.choice.is_balance() {
             start::check_sought(scene, &problem.system, start::Sought::Series)?;
         }

@@ -11,11 +11,11 @@ use signorini::problem::materials;
 use signorini::report::comparison;
 use signorini::report::figure::Style;
 use signorini::report::page::{self, View};
-use signorini::report::{basins, diagram, plane};
+use signorini::report::{basins, diagram, phase_resonance, plane};
 use signorini::scenario::Scene;
 use signorini::store::{
     Content, Outputs, Raw, Stored, StoredFamily, attributes, content, read_basins, read_comparison,
-    read_curves, read_diagram, read_stored_orbit, replace,
+    read_curves, read_diagram, read_resonance, read_stored_orbit, replace,
 };
 
 use super::progress::Bar;
@@ -87,6 +87,11 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
         Content::Diagram => {
             let stored = read_diagram(file)?;
             let sheet = diagram::picture(&stored)?;
+            View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
+        }
+        Content::PhaseResonance => {
+            let stored = read_resonance(file)?;
+            let sheet = phase_resonance::picture(&stored)?;
             View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
         }
         Content::Curves => {

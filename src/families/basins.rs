@@ -16,6 +16,7 @@ use crate::contact::{State, System};
 use crate::continuation::Go;
 use crate::orbit::attractor::Attractor;
 use crate::orbit::basin::{Destination, Known, destination};
+use crate::orbit::rotation::rotation_number;
 use crate::orbit::{OrbitError, Propagator};
 use crate::problem::ModeShape;
 use crate::records::{AttractorFound, AttractorKind, Basins, Fate, Starts, StateAxis};
@@ -417,6 +418,10 @@ fn found(
 ) -> Result<AttractorFound, FamilyError> {
     body.system.loads_mut().set_frequency(omega);
     let count = attractor.seen.kind.periods().max(1);
+    let rotation = match attractor.seen.kind {
+        AttractorKind::QuasiPeriodic => rotation_number(known.states()),
+        _ => None,
+    };
     let full = |z: &Vec<f64>| body.state(z).full(&body.system);
     let states = known.states().iter().take(count).map(full);
     let states = states.collect::<Result<Vec<_>, _>>().map_err(OrbitError::from)?;
@@ -425,7 +430,14 @@ fn found(
         (of(&u), of(&v))
     };
     let (u0, v0) = states.into_iter().map(nodal).unzip();
-    Ok(AttractorFound { seen: attractor.seen.clone(), x: attractor.z.clone(), u0, v0, at })
+    Ok(AttractorFound {
+        seen: attractor.seen.clone(),
+        rotation,
+        x: attractor.z.clone(),
+        u0,
+        v0,
+        at,
+    })
 }
 
 #[cfg(test)]

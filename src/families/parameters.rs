@@ -95,14 +95,18 @@ fn without_start(scene: &Scene) -> Result<Scene, SceneError> {
     }
 }
 
-/// Refuse a range that has no scene at one of its ends.
-pub fn check_ends(scene: &Scene, key: &str, (low, high): (f64, f64)) -> Result<(), ProblemError> {
+/// The bodies at the ends of a range of a number, which is refused where one of them has no scene.
+pub fn at_ends(
+    scene: &Scene,
+    key: &str,
+    (low, high): (f64, f64),
+) -> Result<[System; 2], ProblemError> {
     of_equations(scene, key)?;
     let still = without_start(scene)?;
-    for value in [low, high] {
-        Problem::new(&still.with_number(key, value)?, None)?;
-    }
-    Ok(())
+    let at = |value| -> Result<System, ProblemError> {
+        Ok(Problem::new(&still.with_number(key, value)?, None)?.system)
+    };
+    Ok([at(low)?, at(high)?])
 }
 
 /// What makes the system of a scene at a value of one of its numbers, which is `value` in the scene.

@@ -8,8 +8,7 @@ use crate::orbit::attractor::{self, Attractor};
 use crate::orbit::branch::record;
 use crate::orbit::{OrbitError, Propagator};
 use crate::records::{
-    AttractorKind, AttractorRecord, BranchEnd, Direction, EndReason, Grid, PlaceRecord, PointKind,
-    PointRecord,
+    AttractorKind, BranchEnd, Direction, EndReason, Grid, PlaceRecord, PointKind, PointRecord,
 };
 
 /// A sweep.
@@ -25,10 +24,12 @@ pub struct Sweep {
     pub dwell: Option<usize>,
 }
 
-/// Amplitudes that differ by more, relative, are those of another motion.
+/// Amplitudes that differ by more, relative, are those of another motion, if most of the change remains however near the places: a share of that over the whole step.
 const CHANGE: f64 = 0.15;
-/// So often the step in which a motion changes is halved.
+const SUDDEN: f64 = 0.25;
+/// So often the step in which a motion changes is halved, and so many places are looked at in one.
 const HALVINGS: usize = 6;
+const MOST: usize = 4 * HALVINGS;
 /// A frequency of the grid this near to an end of the range is that end, over the step.
 const SAME: f64 = 1e-6;
 
@@ -67,39 +68,76 @@ pub(super) struct At {
     pub found: Attractor,
 }
 
-impl At {
-    /// What changes from here to there, if anything.
-    fn changes_to(&self, next: &At) -> Option<PointKind> {
-        let (a, b): (&AttractorRecord, &AttractorRecord) = (&self.found.seen, &next.found.seen);
-        if a.kind != b.kind {
-            return Some(PointKind::Change { before: a.kind, after: b.kind });
-        }
-        let (x, y) = (a.amplitude(), b.amplitude());
-        ((x - y).abs() > CHANGE * x.max(y)).then_some(PointKind::Jump)
-    }
-}
-
 /// Settle at a place.
 fn settled(ground: &mut dyn Ground, z: &[f64], place: f64) -> Result<At, FamilyError> {
     Ok(At { place, found: ground.settle(z, place)? })
 }
 
-/// What the body does between two places of which it is known that the motion changes between them, in the order of the walk.
-fn between(ground: &mut dyn Ground, before: &At, behind: f64) -> Result<Vec<At>, FamilyError> {
-    let (mut left, mut right) = (vec![], vec![]);
-    let mut behind = behind;
-    for _ in 0..HALVINGS {
-        let last = left.last().unwrap_or(before);
-        let at = settled(ground, &last.found.z, 0.5 * (last.place + behind))?;
-        if last.changes_to(&at).is_some() {
-            behind = at.place;
-            right.push(at);
-        } else {
-            left.push(at);
-        }
+/// What a body does from one place of the grid to the next, both among them, with places between where its motion changes.
+struct Step {
+    all: Vec<At>,
+    /// The nearest places that changes are closed in on; none: they are not.
+    least: Option<f64>,
+}
+
+impl Step {
+    fn amplitude(&self, k: usize) -> f64 {
+        self.all[k].found.seen.amplitude()
     }
-    left.extend(right.into_iter().rev());
-    Ok(left)
+
+    /// By how much the amplitude changes from a place to the next one.
+    fn moves(&self, k: usize) -> f64 {
+        (self.amplitude(k + 1) - self.amplitude(k)).abs()
+    }
+
+    /// Whether two neighbours are as near to each other as they get.
+    fn is_narrow(&self, k: usize) -> bool {
+        // halves are not exact
+        self.least
+            .is_none_or(|least| (self.all[k + 1].place - self.all[k].place).abs() < 1.5 * least)
+    }
+
+    /// Whether the motion at a place is of another kind than that at the next one.
+    fn turns(&self, k: usize) -> bool {
+        self.all[k].found.seen.kind != self.all[k + 1].found.seen.kind
+    }
+
+    /// Whether the amplitude changes more from a place to the next one than it would if it grew over the whole step.
+    fn leaps(&self, k: usize) -> bool {
+        let moves: Vec<f64> = (0..self.all.len() - 1).map(|k| self.moves(k)).collect();
+        let in_all: f64 = moves.iter().filter(|x| x.is_finite()).sum();
+        let largest = self.amplitude(k).max(self.amplitude(k + 1));
+        moves[k] > CHANGE * largest && moves[k] > SUDDEN * in_all
+    }
+
+    /// What changes between a place and the next one, if anything.
+    fn change(&self, k: usize) -> Option<PointKind> {
+        if self.turns(k) {
+            let [before, after] = [k, k + 1].map(|k| self.all[k].found.seen.kind);
+            return Some(PointKind::Change { before, after });
+        }
+        (self.leaps(k) && self.is_narrow(k)).then_some(PointKind::Jump)
+    }
+
+    /// The first change that is not closed in on: of several other kinds of motion in one step the first.
+    fn open(&self) -> Option<usize> {
+        let mut turned = false;
+        (0..self.all.len() - 1).find(|&k| {
+            let first = self.turns(k) && !std::mem::replace(&mut turned, true);
+            (first || (!self.turns(k) && self.leaps(k))) && !self.is_narrow(k)
+        })
+    }
+
+    /// Settle between places, each time from the motion before the change.
+    fn close_in(&mut self, ground: &mut dyn Ground) -> Result<(), FamilyError> {
+        for _ in 0..MOST {
+            let Some(k) = self.open() else { break };
+            let place = 0.5 * (self.all[k].place + self.all[k + 1].place);
+            let at = settled(ground, &self.all[k].found.z, place)?;
+            self.all.insert(k + 1, at);
+        }
+        Ok(())
+    }
 }
 
 /// Settle at one place after the other, from the state `first` or from what was found `before`; changes are closed in on, unless the body is not waited for. Whether it came to the end.
@@ -110,31 +148,33 @@ pub(super) fn walk(
     closes_in: bool,
 ) -> Result<Go, FamilyError> {
     for &place in places {
-        let from = before.as_ref().map_or(first, |b| &b.found.z);
-        let at = settled(ground, from, place)?;
+        let at = settled(ground, before.as_ref().map_or(first, |b| &b.found.z), place)?;
         // a place with all that lies before it is one step
-        let mut step = match &before {
-            Some(b) if closes_in && b.changes_to(&at).is_some() => between(ground, b, place)?,
-            _ => vec![],
-        };
-        step.push(at);
-        for at in &mut step {
+        let parts = f64::from(1 << HALVINGS);
+        let width = before.as_ref().map(|b| (place - b.place).abs() / parts);
+        let known = usize::from(before.is_some());
+        let all = before.take().into_iter().chain([at]).collect();
+        let mut step = Step { all, least: width.filter(|_| closes_in) };
+        if step.least.is_some() {
+            step.close_in(ground)?;
+        }
+        for at in &mut step.all {
             // behind what has no state to go on from the body begins anew
             if matches!(at.found.seen.kind, AttractorKind::Unbounded | AttractorKind::Lost) {
                 at.found.z = first.to_vec();
             }
         }
-        for k in 0..step.len() {
-            let last = if k > 0 { step.get(k - 1) } else { before.as_ref() };
-            let special = match last {
-                None => PointKind::Start,
-                Some(last) => last.changes_to(&step[k]).unwrap_or_default(),
+        let last = step.all.len() - 1;
+        for k in known..=last {
+            let special = match k {
+                0 => PointKind::Start,
+                k => step.change(k - 1).unwrap_or_default(),
             };
-            if ground.take(&step[k], special, k + 1 == step.len())?.is_break() {
+            if ground.take(&step.all[k], special, k == last)?.is_break() {
                 return Ok(Go::Break(()));
             }
         }
-        before = step.pop();
+        before = step.all.pop();
     }
     Ok(Go::Continue(()))
 }

@@ -12,6 +12,16 @@ pub enum ProblemError {
     /// The scene asks for something that is not possible.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A mode that the states of a scene cannot be told by.
+    #[error("mode {mode} {message}; {help}")]
+    Mode {
+        /// Its number, from 1.
+        mode: usize,
+        /// What is wrong with it.
+        message: String,
+        /// What would be accepted.
+        help: String,
+    },
     /// The operators failed.
     #[error("setting up the contact operators: {0}")]
     Contact(#[from] ContactError),

@@ -122,7 +122,6 @@ pub struct ModeShape {
 
 /// Modes, from 1, by which the states of a scene are told, and the state that they are told around: rest, or the equilibrium.
 pub fn mode_shapes(
-    scene: &Scene,
     system: &System,
     modes: &[usize],
 ) -> Result<(State, Vec<ModeShape>), ProblemError> {
@@ -136,7 +135,7 @@ pub fn mode_shapes(
     let found = phase_modes(system, &phase, count.min(n_o))?;
     let no_such = |mode: usize, message: String| {
         let help = format!("there are the modes 1 to {n_o}");
-        scene.error(Issue::new(format!("plane: mode {mode}"), message, help))
+        ProblemError::Mode { mode, message, help }
     };
     let shape = |&mode: &usize| -> Result<ModeShape, ProblemError> {
         let index = mode.checked_sub(1).filter(|k| *k < found.shapes.len());

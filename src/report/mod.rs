@@ -11,6 +11,7 @@ pub mod families;
 pub mod figure;
 pub mod overlay;
 pub mod page;
+pub mod phase_resonance;
 pub mod pictures;
 pub mod plane;
 pub mod precision;

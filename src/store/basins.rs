@@ -90,10 +90,14 @@ fn write_attractor(
     attractor: &AttractorFound,
     system: &System,
 ) -> Result<(), StoreError> {
-    let AttractorFound { seen, x, u0, v0, at } = attractor;
+    let AttractorFound { seen, rotation, x, u0, v0, at } = attractor;
     write_text(g, "kind", seen.kind.word())?;
     write_text(g, "note", &seen.note)?;
     numbers(seen).iter().try_for_each(|(name, x)| scalar(g, name, *x))?;
+    if let Some((rho, error)) = rotation {
+        scalar(g, "rotation_number", *rho)?;
+        scalar(g, "rotation_error", *error)?;
+    }
     let share = basins.share(Fate::Attractor(k));
     scalar(g, "share", share.share)?;
     scalar(g, "share_error", share.error)?;
@@ -176,6 +180,19 @@ pub fn read_basins(path: &Path) -> Result<StoredBasins, StoreError> {
         {
             return Err(bad("states and attractors do not fit each other"));
         }
+        let ends = basins.axes.iter().flat_map(|a| [a.range.0, a.range.1]);
+        if !ends.chain(at.iter().flatten().copied()).all(f64::is_finite) {
+            return Err(bad("a range or a state is damaged"));
+        }
+        for (k, a) in basins.attractors.iter().enumerate() {
+            let rows = a.seen.kind.periods().max(1);
+            let enough = a.u0.len() == rows && a.v0.len() == rows && a.at.len() >= rows;
+            if !enough || a.at.iter().any(|x| x.len() != basins.axes.len()) {
+                return Err(bad(&format!(
+                    "the states of attractor {k} do not fit its period number"
+                )));
+            }
+        }
         Ok(StoredBasins {
             head: Head::read(&file),
             problem: read_problem(&g).ok_or_else(|| bad("no fingerprint of the problem"))?,
@@ -209,8 +226,10 @@ fn read_attractor(g: &hdf5::Group) -> Result<AttractorFound, StoreError> {
         maps: number("maps")? as usize,
         note: read_text(g, "note").unwrap_or_default(),
     };
+    let rotation = number("rotation_number").and_then(|rho| Ok((rho, number("rotation_error")?)));
     Ok(AttractorFound {
         seen,
+        rotation: rotation.ok(),
         x: list("x")?,
         u0: rows(g, "u0")?,
         v0: rows(g, "v0")?,

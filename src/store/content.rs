@@ -18,6 +18,8 @@ pub enum Content {
     Basins,
     /// A bifurcation diagram over a number of the scene.
     Diagram,
+    /// A test of phase resonance.
+    PhaseResonance,
     /// Curves over a number of the scene.
     Curves,
     /// Contact methods side by side.
@@ -40,6 +42,9 @@ pub fn content(path: &Path) -> Result<Content, StoreError> {
     }
     if file.link_exists("diagram") {
         return Ok(Content::Diagram);
+    }
+    if file.link_exists("phase_resonance") {
+        return Ok(Content::PhaseResonance);
     }
     if file.link_exists("curves") {
         return Ok(Content::Curves);

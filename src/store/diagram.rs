@@ -14,6 +14,9 @@ use crate::contact::System;
 use crate::records::{AttractorKind, Diagram, DiagramRow, PointKind, Status};
 use crate::scenario::Scene;
 
+/// No walk has more steps.
+const MOST_STEPS: f64 = 1e9;
+
 /// The diagram of a file.
 #[derive(Debug, Clone)]
 pub struct StoredDiagram {
@@ -96,11 +99,20 @@ pub fn read_diagram(path: &Path) -> Result<StoredDiagram, StoreError> {
                 goes_on: goes_on[k] == 1.0,
             });
         }
-        let range = list("range")?;
+        let range: [f64; 2] = list("range")?.try_into().map_err(|_| bad("a range is damaged"))?;
+        let steps = read_scalar(&g, "steps")?;
+        let is_inside = |x: &f64| (range[0]..=range[1]).contains(x);
+        if !range.iter().chain(&values).all(is_inside) || !(1.0..=MOST_STEPS).contains(&steps) {
+            return Err(bad("its range, its steps or its values are damaged"));
+        }
+        let points = rows.iter().flat_map(|row: &DiagramRow| [&row.seen.peak, &row.seen.trough]);
+        if points.map(Vec::len).any(|n| n == 0 || n != rows[0].seen.peak.len()) {
+            return Err(bad("contact points are missing in /sweep"));
+        }
         let diagram = Diagram {
             key: read_text(&g, "key").unwrap_or_default(),
-            range: range.try_into().map_err(|_| bad("a range is damaged"))?,
-            steps: read_scalar(&g, "steps")? as usize,
+            range,
+            steps: steps as usize,
             omega: read_scalar(&g, "omega")?,
             dwell: read_scalar(&g, "dwell").ok().map(|n| n as usize),
             rows,

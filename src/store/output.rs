@@ -23,6 +23,14 @@ pub fn beside(path: &Path, ending: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
+/// The beginning of file names, without one of the endings that they will have.
+pub fn without_ending(stem: PathBuf, endings: &[&str]) -> PathBuf {
+    match stem.extension().is_some_and(|e| endings.iter().any(|ending| e == *ending)) {
+        true => stem.with_extension(""),
+        false => stem,
+    }
+}
+
 /// Whether two names lead to one file.
 fn same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]

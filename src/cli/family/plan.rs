@@ -120,6 +120,33 @@ pub(crate) fn check_forced(
     Err(scene.error(Issue::new("load", message, help)).into())
 }
 
+/// Refuse a body from which nothing takes energy: it settles to nothing. `at`: where, for a number of the scene that changes.
+pub(crate) fn check_settles(scene: &Scene, system: &System, at: &str) -> Result<(), CliError> {
+    if system.dissipates() {
+        return Ok(());
+    }
+    let (message, help) = match &scene.damping {
+        None => (
+            "is missing: a body settles by what it loses",
+            "[damping] with ratio = 0.02 and mode = 1",
+        ),
+        Some(_) => ("is zero: a body settles by what it loses", "give a positive damping"),
+    };
+    Err(scene.error(Issue::new("damping", format!("{message}{at}"), help)).into())
+}
+
+/// The same at both ends of the range of a number.
+pub(crate) fn check_settle_at(
+    scene: &Scene,
+    key: &str,
+    (low, high): (f64, f64),
+    [at_low, at_high]: &[System; 2],
+) -> Result<(), CliError> {
+    let at = |value: f64| format!(" (--over: {key} = {value})");
+    check_settles(scene, at_low, &at(low))?;
+    check_settles(scene, at_high, &at(high))
+}
+
 /// A number of points.
 pub(crate) fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| "give a whole number from 1".into())

@@ -365,6 +365,14 @@ impl System {
         self.damping.is_some() || self.dampers.is_some()
     }
 
+    /// Whether anything takes energy from motions: damping, friction, or impacts that lose some.
+    pub fn dissipates(&self) -> bool {
+        self.damping.is_some_and(|d| d.alpha > 0.0 || d.beta > 0.0)
+            || self.dampers.is_some()
+            || self.tangents().is_some()
+            || self.impact().is_some_and(|law| law.restitution < 1.0)
+    }
+
     /// Undamped, the forces have a potential, and all loads are constant.
     pub fn is_conservative(&self) -> bool {
         !self.is_damped() && self.has_potential() && !self.loads.is_driven()

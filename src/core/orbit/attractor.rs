@@ -20,6 +20,8 @@ use crate::records::{AttractorKind, AttractorRecord, crest, mean_with_error};
 
 /// Periods over which an exponent is taken: those that are left out at first, blocks, periods of a block.
 const EXPONENT: (usize, usize, usize) = (20, 10, 20);
+/// All of them.
+const PERIODS: usize = EXPONENT.0 + EXPONENT.1 * EXPONENT.2;
 /// A motion is chaotic if its exponent is above this a period, and above so many standard errors.
 const CHAOTIC: (f64, f64) = (0.01, 4.0);
 /// What came back as near as this comes back for good, in the end.
@@ -27,7 +29,7 @@ const RETURNED: f64 = 1e-4;
 /// Periods that are looked at of what is not periodic.
 const LOOKED_AT: usize = 40;
 /// Stored states a period.
-const STATES: usize = 128;
+pub(super) const STATES: usize = 128;
 /// Lines of a spectrum: from 0 to so many times the frequency of the loads, and how many in one of it.
 const LINES: (usize, usize) = (8, 12);
 
@@ -57,14 +59,18 @@ pub(super) fn of_settling(
     Settling { to, periods: maps }: Settling,
 ) -> Result<Attractor, OrbitError> {
     let found = |kind, exponent: (f64, f64), note: String| Found { kind, exponent, note, maps };
+    let repeats_as = |orbit: &Orbit, note: &str| {
+        let p = orbit.closure.periods();
+        let exponent = orbit.stability.as_ref().map_or(f64::NAN, |s| s.largest.ln() / p as f64);
+        let found = found(AttractorKind::Periodic(p), (exponent, 0.0), note.into());
+        looked_at(body, &orbit.z, omega, p, found)
+    };
     match to {
         Settled::Orbit(orbit) => {
-            let p = orbit.closure.periods();
-            let exponent = orbit.stability.as_ref().map_or(f64::NAN, |s| s.largest.ln() / p as f64);
-            let found = found(AttractorKind::Periodic(p), (exponent, 0.0), String::new());
-            let z = orbit.z.clone();
-            Ok(Attractor { orbit: Some(orbit), ..looked_at(body, &z, omega, p, found)? })
+            let seen = repeats_as(&orbit, "")?;
+            Ok(Attractor { orbit: Some(orbit), ..seen })
         }
+        Settled::Rest(orbit) => repeats_as(&orbit, "at rest"),
         Settled::Restless { least, z } => {
             let told = format!("nearest return {least:.1e} of the size of the state");
             let Some((exponent, z)) = tolerate(exponent(body, &z, omega))? else {
@@ -78,6 +84,15 @@ pub(super) fn of_settling(
                 );
             };
             let kind = judged(exponent, least);
+            if kind == AttractorKind::Slow {
+                // it may have settled in these periods
+                let again = settle(body, &z, omega)?;
+                let maps = maps + PERIODS + again.periods;
+                if let Settled::Orbit(_) | Settled::Rest(_) | Settled::Unbounded = again.to {
+                    let settling = Settling { to: again.to, periods: maps };
+                    return of_settling(body, &z, omega, settling);
+                }
+            }
             looked_at(body, &z, omega, LOOKED_AT, found(kind, exponent, told))
         }
         Settled::Flawed { periods, z, flaws } => {
@@ -139,13 +154,13 @@ fn exponent(
     z: &[f64],
     omega: f64,
 ) -> Result<((f64, f64), Vec<f64>), OrbitError> {
-    let (before, blocks, length) = EXPONENT;
+    let (before, _, length) = EXPONENT;
     let period = TAU / omega;
     let mut z = z.to_vec();
     // no direction is preferred
     let mut e = Mat::from_fn(z.len(), 1, |i, _| (1.0 + i as f64).sqrt().fract() - 0.5);
     let mut growths = vec![];
-    for _ in 0..before + blocks * length {
+    for _ in 0..PERIODS {
         let Carried { columns: next, z: there, .. } = Carried::over(body, &z, &e, period)?;
         let grown = next.norm_l2();
         growths.push((grown / e.norm_l2()).max(f64::MIN_POSITIVE).ln());
@@ -165,17 +180,41 @@ fn exponent(
 }
 
 /// Extremes and histories of the contact points over a motion.
-struct Look<'a> {
-    body: &'a Propagator,
+pub(super) struct Look<'a> {
+    pub body: &'a Propagator,
     step: f64,
     peak: Vec<f64>,
     trough: Vec<f64>,
-    force: f64,
-    energy: f64,
+    /// Largest force of all contact points together.
+    pub force: f64,
+    /// Largest energy.
+    pub energy: f64,
     /// The last two states: time and displacements.
     last: Vec<(f64, Vec<f64>)>,
     /// Displacements at even steps of time.
     history: Vec<Vec<f64>>,
+}
+
+impl<'a> Look<'a> {
+    /// At a motion over a time, of which so many states are stored.
+    pub fn new(body: &'a Propagator, until: f64, states: usize) -> Look<'a> {
+        let n_c = body.system.n_contact();
+        Look {
+            body,
+            step: until / states as f64,
+            peak: vec![f64::NEG_INFINITY; n_c],
+            trough: vec![f64::INFINITY; n_c],
+            force: 0.0,
+            energy: 0.0,
+            last: vec![],
+            history: vec![],
+        }
+    }
+
+    /// Largest displacement of a contact point in magnitude.
+    pub fn amplitude(&self) -> f64 {
+        self.peak.iter().chain(&self.trough).fold(f64::NAN, |most, u| most.max(u.abs()))
+    }
 }
 
 impl Observer for Look<'_> {
@@ -223,16 +262,7 @@ fn looked_at(
     let n_c = body.system.n_contact();
     let until = periods as f64 * TAU / omega;
     let states = STATES * periods;
-    let mut look = Look {
-        body,
-        step: until / states as f64,
-        peak: vec![f64::NEG_INFINITY; n_c],
-        trough: vec![f64::INFINITY; n_c],
-        force: 0.0,
-        energy: 0.0,
-        last: vec![],
-        history: vec![],
-    };
+    let mut look = Look::new(body, until, states);
     let passage = match integrate_with(body, &body.state(z), until, states, &mut look) {
         Ok(passage) => passage,
         Err(e) if e.is_of_one_motion() => {

@@ -65,7 +65,9 @@ pub mod parameter;
 pub mod peak;
 #[doc(hidden)]
 pub mod period_map;
+pub mod phase_lag;
 pub(crate) mod pin;
+pub mod rotation;
 pub(crate) mod saltation;
 pub mod search;
 #[doc(hidden)]

@@ -22,7 +22,7 @@ const NEAR: [f64; 6] = [0.2, 0.03, 3e-3, 3e-4, 1e-5, 1e-7];
 /// Newton's method may leave the return by so many times what the returns to come would add up to, and by at most so much.
 const MOVED: (f64, f64) = (5.0, 0.5);
 
-/// A motion that is so many times as large as the unit of the body grows without bound.
+/// A motion that is so many times as large as the unit of the body, and as it was at first, grows without bound.
 const UNBOUNDED: f64 = 1e6;
 /// Numbers of periods with which Newton's method is tried where patience is at its end, and for how many more periods the body must then come nearer.
 const LAST: ([usize; 6], usize) = ([1, 2, 3, 4, 6, 8], 40);
@@ -35,6 +35,8 @@ const SHORTER: f64 = 1e-6;
 pub enum Settled {
     /// A stable orbit of one or several periods of the loads.
     Orbit(Box<Orbit>),
+    /// It comes to rest: its loads do not move it.
+    Rest(Box<Orbit>),
     /// The body does not come back within [`MOST`] periods: the least distance of a return over the size of the state, and the last state.
     Restless {
         /// Least distance.
@@ -88,6 +90,8 @@ pub(super) fn distance(body: &Propagator, a: &[f64], b: &[f64]) -> f64 {
 enum Near {
     /// A stable orbit, and how far it is from there.
     Stable(Box<Orbit>, f64),
+    /// No motion.
+    Rest(Box<Orbit>),
     /// A motion that repeats and is none.
     Flawed(Vec<String>),
     Nothing,
@@ -100,6 +104,9 @@ fn near(body: &mut Propagator, p: usize, z: &[f64], omega: f64) -> Result<Near, 
     let orbit = match find(body, Closure::Forced(p), z, omega, &effort)? {
         // beside a doubling a body that comes back every other period is near an orbit of one
         Verdict::Flawed { orbit, .. } if orbit.is_repeated() => return Ok(Near::Nothing),
+        Verdict::Flawed { orbit, flaws } if orbit.is_at_rest && flaws.len() == 1 => {
+            return Ok(Near::Rest(orbit));
+        }
         Verdict::Flawed { flaws, .. } => return Ok(Near::Flawed(flaws)),
         Verdict::Orbit(orbit) => orbit,
         _ => return Ok(Near::Nothing),
@@ -148,13 +155,14 @@ pub fn settle_unless<R>(
     // the next distance at which each number of periods is tried
     let mut tries = [0; LONGEST + 1];
     let mut least = f64::INFINITY;
+    let bound = UNBOUNDED * norm(z).max(body.unit);
     for k in 1..=MOST {
         let ended = |to| Ok(Ok(Settling { to, periods: k }));
         let now = match next(body, &past[k - 1], omega)? {
             Ok(now) => now,
             Err(why) => return ended(Settled::Broken(why)),
         };
-        if norm(&now) > UNBOUNDED * body.unit {
+        if norm(&now) > bound {
             return ended(Settled::Unbounded);
         }
         let returns: Vec<f64> =
@@ -183,6 +191,7 @@ pub fn settle_unless<R>(
                 Near::Stable(orbit, moved) if moved <= reach => {
                     return ended(Settled::Orbit(orbit));
                 }
+                Near::Rest(orbit) if tries[p] == NEAR.len() => return ended(Settled::Rest(orbit)),
                 Near::Flawed(flaws) if tries[p] == NEAR.len() => {
                     return ended(Settled::Flawed { periods: p, z: now, flaws });
                 }
@@ -276,6 +285,7 @@ pub fn ladder(
                 }
                 why.push(format!("the body settles to an orbit of {p} periods of the loads"));
             }
+            Settled::Rest(_) => why.push("the body comes to rest".into()),
             Settled::Restless { least, .. } => why.push(format!(
                 "the body does not come back within {periods} periods (nearest return {least:.1e} of its size)"
             )),

@@ -60,6 +60,8 @@ impl Display for Fate {
 pub struct AttractorFound {
     /// What is seen of it.
     pub seen: AttractorRecord,
+    /// How far it goes around its torus in a period of the loads, in turns, with an estimate of the error, if it goes around one.
+    pub rotation: Option<(f64, f64)>,
     /// A state of it at phase zero of the loads, in the frame of the body: from there a computation goes on.
     pub x: Vec<f64>,
     /// All displacements at phase zero of the loads: of an orbit one row for each of its periods, else one.

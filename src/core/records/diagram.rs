@@ -36,16 +36,20 @@ pub struct Diagram {
     pub rows: Vec<DiagramRow>,
 }
 
+/// So many steps from one end of a range to the other.
+pub(super) fn evenly([low, high]: [f64; 2], steps: usize) -> Vec<f64> {
+    let at = |k: usize| match k {
+        0 => low,
+        k if k == steps => high,
+        k => low + (high - low) * k as f64 / steps as f64,
+    };
+    (0..=steps).map(at).collect()
+}
+
 impl Diagram {
     /// The values of a walk, in its order.
     pub fn values(&self, falls: bool) -> Vec<f64> {
-        let [low, high] = self.range;
-        let at = |k: usize| match k {
-            0 => low,
-            k if k == self.steps => high,
-            k => low + (high - low) * k as f64 / self.steps as f64,
-        };
-        let mut all: Vec<f64> = (0..=self.steps).map(at).collect();
+        let mut all = evenly(self.range, self.steps);
         if falls {
             all.reverse();
         }

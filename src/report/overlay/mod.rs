@@ -10,13 +10,15 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::families::{Axis, LOGARITHMIC, reached};
-use super::figure::{self, Chart, Drawing, FigureError, Sheet, range};
-use crate::store::StoredFamily;
+use super::figure::{
+    self, Chart, Drawing, Entry, FigureError, INK, Legend, Mark, Sheet, entry, range,
+};
+use crate::store::{StoredFamily, StoredResonance};
 use draw::draw;
 use scene::Scene;
 
 /// What a user may choose.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct Options {
     /// What is shown over the frequency.
     pub axis: Axis,
@@ -26,7 +28,23 @@ pub struct Options {
     pub frequency: Option<Range<f64>>,
     /// Places that are marked: frequency, energy or amplitude, name.
     pub points: Vec<(f64, f64, String)>,
+    /// Tests of phase resonance, whose points are shown besides.
+    pub tests: Vec<StoredResonance>,
 }
+
+impl Options {
+    /// The points of a test.
+    fn tested<'t>(&self, test: &'t StoredResonance) -> impl Iterator<Item = (f64, f64)> + use<'t> {
+        let axis = self.axis;
+        test.found.rows.iter().filter(|row| row.is_locked).map(move |row| match axis {
+            Axis::Energy => (row.omega.mean, row.energy),
+            Axis::Amplitude => (row.omega.mean, row.amplitude.mean),
+        })
+    }
+}
+
+/// How the points of tests are marked, one after the other.
+const TESTED: [Mark; 3] = [Mark::Cross, Mark::Circle, Mark::Triangle];
 
 /// Draw the families, to be written as `STEM.svg` and `STEM.png`.
 pub fn picture(
@@ -48,7 +66,10 @@ fn overlay(families: &[StoredFamily], options: &Options) -> Result<Sheet<'static
         let points = scene.branches.iter().flat_map(|(f, b, _)| scene.points(f, *b));
         points.chain(checked.iter().copied())
     };
-    let marked = || options.points.iter().map(|(omega, value, _)| (*omega, *value));
+    let marked = || {
+        let named = options.points.iter().map(|(omega, value, _)| (*omega, *value));
+        named.chain(options.tests.iter().flat_map(|test| options.tested(test)))
+    };
     if all().next().is_none() {
         return Err(FigureError::Empty("the families hold no orbit"));
     }
@@ -69,7 +90,14 @@ fn overlay(families: &[StoredFamily], options: &Options) -> Result<Sheet<'static
     for (omega, value, name) in options.points.iter().filter(|p| p.1 > 0.0) {
         chart.pin((*omega, scaled(*value)), name);
     }
+    let mut measured: Vec<Entry> = vec![];
+    for (test, mark) in options.tests.iter().zip(TESTED.into_iter().cycle()) {
+        let points = options.tested(test).map(|(omega, value)| (omega, scaled(value)));
+        chart.marks(points, mark, INK);
+        measured.push(entry(format!("phase resonance: {}", test.head.title), INK, mark));
+    }
     let sheet = Sheet::new(&common, &format!("{} against frequency", options.axis.name()));
+    let sheet = sheet.legend(Legend::Rows(measured));
     let sheet = legend::legends(&scene).into_iter().fold(sheet, Sheet::legend);
     Ok(sheet.row(600.0, vec![chart.into()]))
 }

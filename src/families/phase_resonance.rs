@@ -1,0 +1,158 @@
+//! Tests of phase resonance: at one value of a number of the scene after the other the frequency of the loads is steered to where the displacement lags a quarter of a period
+//! behind them ([`crate::orbit::phase_lag`]), as in a laboratory, with what its readings are off by.
+
+use std::f64::consts::TAU;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use super::FamilyError;
+use super::parameters::systems;
+use super::start::given;
+use crate::continuation::Go;
+use crate::orbit::phase_lag::{self, Gains, Period, Steering};
+use crate::orbit::values::Bodies;
+use crate::orbit::{OrbitError, Propagator};
+use crate::problem::Problem;
+use crate::records::{PhaseResonance, Reading, ResonanceRow, Test};
+use crate::scenario::Scene;
+
+/// Periods that a loop is given to come to rest.
+const MOST: usize = 3000;
+/// It is at rest after so many periods near a quarter turn; where readings are off, after twice so many whose means are.
+const HOLD: usize = 5;
+const WINDOW: usize = 16;
+/// Frequencies that are so many times higher or lower than the first one are none of a resonance nearby.
+const AWAY: f64 = 5.0;
+
+/// Told of what is known after each row.
+pub type Take<'a> = &'a mut dyn FnMut(&PhaseResonance) -> Result<Go, FamilyError>;
+
+/// What is missing of a test, from the scene's own state, or from rest. Whether it came to its end.
+pub fn follow(
+    (scene, problem): (&Scene, &Problem),
+    found: &mut PhaseResonance,
+    take: Take,
+) -> Result<Go, FamilyError> {
+    let key = &found.test.key;
+    let value = scene.number(key).map_err(|e| OrbitError::Value(f64::NAN, e.to_string()))?;
+    let mut make = systems(scene, key, value)?;
+    let mut bodies = Bodies::new(&mut make, value, 1)?;
+    let first = given(scene, &problem.initial, &bodies.frame).pop();
+    let first = first.unwrap_or_else(|| vec![0.0; 2 * bodies.frame.n()]);
+    let values = found.test.values();
+    for (k, &value) in values.iter().enumerate().skip(found.rows.len()) {
+        let locked = found.rows.iter().rev().find(|row| row.is_locked);
+        let from = locked.map_or((&first, found.test.omega), |row| (&row.x, row.omega.mean));
+        let z = bodies.in_body(value, from.0)?;
+        let mut noise = Noise::new(&found.test, k);
+        let mut row = lock(bodies.body(value)?, (&z, from.1), (&found.test, value), &mut noise)?;
+        if row.is_locked {
+            row.x = bodies.out_of_body(value, &row.x)?;
+        }
+        found.rows.push(row);
+        if take(found)?.is_break() {
+            return Ok(Go::Break(()));
+        }
+    }
+    Ok(Go::Continue(()))
+}
+
+/// What readings are off by: independent normal deviates, those of a row by themselves.
+struct Noise {
+    size: f64,
+    generator: ChaCha8Rng,
+}
+
+impl Noise {
+    fn new(test: &Test, row: usize) -> Noise {
+        let mut generator = ChaCha8Rng::seed_from_u64(test.seed);
+        generator.set_stream(row as u64);
+        Noise { size: test.noise, generator }
+    }
+
+    /// The next deviate, after Box and Muller.
+    fn next(&mut self) -> f64 {
+        if self.size == 0.0 {
+            return 0.0;
+        }
+        let mut uniform = || ((self.generator.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
+        let (r, turn) = (uniform(), uniform());
+        self.size * (-2.0 * r.ln()).sqrt() * (TAU * turn).cos()
+    }
+}
+
+/// Whether the lag and the frequency have come to rest, by those of all periods so far.
+fn is_at_rest(errors: &[f64], omegas: &[f64], (test, gains): (&Test, Gains)) -> bool {
+    if test.noise == 0.0 {
+        let moves = gains.proportional.max(gains.integral) * test.tolerance;
+        let still = |pair: &[f64]| (pair[1] - pair[0]).abs() <= moves;
+        return errors.len() >= HOLD
+            && errors[errors.len() - HOLD..].iter().all(|e| e.abs() <= test.tolerance)
+            && omegas[omegas.len() - HOLD..].windows(2).all(still);
+    }
+    let Some(from) = errors.len().checked_sub(2 * WINDOW) else { return false };
+    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+    // four standard deviations of a mean of sixteen
+    let near = test.tolerance.max(test.noise);
+    let moved = |all: &[f64]| mean(&all[..WINDOW]) - mean(&all[WINDOW..]);
+    errors[from..].chunks_exact(WINDOW).all(|window| mean(window).abs() <= near)
+        && moved(&omegas[from..]).abs() <= near * gains.proportional
+}
+
+/// Steer the frequency from a state and a frequency until the loop is at rest, and read what is then, at a value of the number of a test.
+fn lock(
+    body: &mut Propagator,
+    (first, omega): (&[f64], f64),
+    (test, value): (&Test, f64),
+    noise: &mut Noise,
+) -> Result<ResonanceRow, FamilyError> {
+    let [proportional, integral] = test.gains;
+    let gains = Gains { proportional, integral };
+    let mut steering = Steering::new(omega, gains);
+    let mut z = first.to_vec();
+    let (mut errors, mut omegas) = (vec![], vec![]);
+    let lost = |periods: usize, note: String| Ok(ResonanceRow::lost(value, periods, note));
+    let mut all: Vec<Period> = vec![];
+    while all.len() < test.average {
+        let (omega, k) = (steering.omega, errors.len());
+        if !(omega > test.omega / AWAY && omega < test.omega * AWAY) {
+            return lost(k, format!("the loop has left: omega = {omega:.4}"));
+        }
+        let Some(period) = phase_lag::period(body, &z, omega)? else {
+            return lost(k, "the motion could not be followed".into());
+        };
+        if period.power.norm() == 0.0 {
+            return lost(k, "the loads do not move the body".into());
+        }
+        let period = period.read([(); 4].map(|()| noise.next()));
+        let e = period.error();
+        z.clone_from(&period.z);
+        steering.steer(e);
+        if !all.is_empty() || is_at_rest(&errors, &omegas, (test, gains)) {
+            all.push(period);
+            omegas.push(omega);
+            continue;
+        }
+        if k == MOST {
+            return lost(k, format!("not locked: the lag is still {e:.1e} off; other --gains?"));
+        }
+        errors.push(e);
+        omegas.push(omega);
+    }
+    let reading = |of: fn(&Period) -> f64| Reading::of(&all.iter().map(of).collect::<Vec<_>>());
+    let energy = reading(|p| p.energy).mean;
+    Ok(ResonanceRow {
+        value,
+        is_locked: true,
+        periods: errors.len(),
+        omega: Reading::of(&omegas[errors.len()..]),
+        lag: reading(Period::lag),
+        amplitude: reading(|p| p.amplitude),
+        force: reading(|p| p.force),
+        work: reading(Period::work),
+        energy,
+        x: z,
+        note: String::new(),
+    })
+}

@@ -1,0 +1,163 @@
+//! Tests of phase resonance in HDF5: `/phase_resonance`.
+
+use std::path::Path;
+
+use hdf5::types::VarLenUnicode;
+
+use super::bodies::words;
+use super::careful::{Careful, open, reading};
+use super::header::{Head, WriterOptions, read_problem, write_problem, write_whole};
+use super::orbits::{matrix, read_scalar, scalar};
+use super::{StoreError, read_text, write_text};
+use crate::contact::System;
+use crate::records::{PhaseResonance, Reading, ResonanceRow, Status, Test};
+use crate::scenario::Scene;
+
+/// The test of a file.
+#[derive(Debug, Clone)]
+pub struct StoredResonance {
+    /// Of which scene, and how it ended.
+    pub head: Head,
+    /// All that the equations depend on, as one number.
+    pub problem: u64,
+    /// The test, and what it found.
+    pub found: PhaseResonance,
+}
+
+/// No test has more steps, or averages over more periods.
+const MOST: f64 = 1e9;
+
+/// Write the file of a test; `problem` is the fingerprint of what it is of.
+pub fn write_resonance(
+    path: &Path,
+    (scene, system, problem): (&Scene, &System, u64),
+    options: &WriterOptions,
+    found: &PhaseResonance,
+    status: &Status,
+) -> Result<(), StoreError> {
+    let PhaseResonance { test, rows } = found;
+    let columns = rows.iter().map(|row| row.x.len()).max().unwrap_or(0);
+    let bytes = 8 * rows.len() * (columns + 20);
+    write_whole(path, (scene, system), options, (bytes, status), |file| {
+        let g = file.create_group("phase_resonance")?;
+        write_text(&g, "key", &test.key)?;
+        write_problem(&g, problem)?;
+        write_text(&g, "seed", &test.seed.to_string())?;
+        for (name, x) in [
+            ("start", test.omega),
+            ("steps", test.steps as f64),
+            ("tolerance", test.tolerance),
+            ("noise", test.noise),
+            ("average", test.average as f64),
+        ] {
+            scalar(&g, name, x)?;
+        }
+        g.new_dataset_builder().with_data(&test.range).create("range")?;
+        g.new_dataset_builder().with_data(&test.gains).create("gains")?;
+        let numbers = |name: &str, of: &dyn Fn(&ResonanceRow) -> f64| {
+            let values: Vec<f64> = rows.iter().map(of).collect();
+            g.new_dataset_builder().with_data(&values).create(name).map(drop)
+        };
+        numbers("value", &|row| row.value)?;
+        numbers("locked", &|row| f64::from(u8::from(row.is_locked)))?;
+        numbers("periods", &|row| row.periods as f64)?;
+        numbers("energy", &|row| row.energy)?;
+        numbers("damping", &ResonanceRow::damping)?;
+        let names = ResonanceRow::lost(0.0, 0, String::new()).readings().map(|(name, _)| name);
+        for (k, name) in names.into_iter().enumerate() {
+            numbers(name, &|row| row.readings()[k].1.mean)?;
+            numbers(&format!("{name}_error"), &|row| row.readings()[k].1.error)?;
+        }
+        let notes: Vec<&str> = rows.iter().map(|row| row.note.as_str()).collect();
+        words(&g, "note", &notes)?;
+        let state = |row: &ResonanceRow| {
+            let mut x = row.x.clone();
+            x.resize(columns, 0.0);
+            x
+        };
+        let x = matrix(rows.len(), columns, rows.iter().flat_map(state).collect())?;
+        g.new_dataset_builder().deflate(4).with_data(&x).create("x")?;
+        Ok(())
+    })
+}
+
+/// Read the test of a file.
+pub fn read_resonance(path: &Path) -> Result<StoredResonance, StoreError> {
+    reading(path, || {
+        let file = open(path)?;
+        let what = "/phase_resonance";
+        let missing = |_| StoreError::Missing { path: path.to_owned(), what: what.into() };
+        let g = file.group("phase_resonance").map_err(missing)?;
+        let bad = |why: &str| StoreError::unusable(path, format!("{what}: {why}"));
+        let values = g.dataset("value")?.values::<f64>()?;
+        let list = |name: &str| -> Result<Vec<f64>, StoreError> {
+            let list = g.dataset(name)?.values::<f64>()?;
+            match list.len() == values.len() {
+                true => Ok(list),
+                false => Err(bad("its rows do not fit each other")),
+            }
+        };
+        let pair = |name: &str| -> Result<[f64; 2], StoreError> {
+            let pair = g.dataset(name)?.values::<f64>()?;
+            let pair: Option<[f64; 2]> = pair.try_into().ok();
+            pair.filter(|p| p.iter().all(|x| x.is_finite())).ok_or_else(|| bad("a pair is damaged"))
+        };
+        let whole = |name: &str| -> Result<usize, StoreError> {
+            let x = read_scalar(&g, name)?;
+            match (1.0..=MOST).contains(&x) {
+                true => Ok(x as usize),
+                false => Err(bad(&format!("{name} is damaged"))),
+            }
+        };
+        let readings = |name: &str| -> Result<Vec<Reading>, StoreError> {
+            let (means, errors) = (list(name)?, list(&format!("{name}_error"))?);
+            let pairs = means.into_iter().zip(errors);
+            Ok(pairs.map(|(mean, error)| Reading { mean, error }).collect())
+        };
+        let (locked, periods, energy) = (list("locked")?, list("periods")?, list("energy")?);
+        let (omega, lag, amplitude) =
+            (readings("omega")?, readings("lag")?, readings("amplitude")?);
+        let (force, work) = (readings("force")?, readings("work")?);
+        let notes: Vec<VarLenUnicode> = g.dataset("note")?.values()?;
+        let x = g.dataset("x")?.table::<f64>()?;
+        if notes.len() != values.len() || x.nrows() != values.len() {
+            return Err(bad("its rows do not fit each other"));
+        }
+        let seed = read_text(&g, "seed").and_then(|s| s.parse().ok());
+        let test = Test {
+            key: read_text(&g, "key").unwrap_or_default(),
+            range: pair("range")?,
+            steps: whole("steps")?,
+            omega: read_scalar(&g, "start")?,
+            gains: pair("gains")?,
+            tolerance: read_scalar(&g, "tolerance")?,
+            noise: read_scalar(&g, "noise")?,
+            average: whole("average")?,
+            seed: seed.ok_or_else(|| bad("no seed"))?,
+        };
+        if !values.iter().all(|x| (test.range[0]..=test.range[1]).contains(x)) {
+            return Err(bad("values are not within their range"));
+        }
+        let row = |k: usize| {
+            let is_locked = locked[k] == 1.0;
+            ResonanceRow {
+                value: values[k],
+                is_locked,
+                periods: periods[k] as usize,
+                omega: omega[k],
+                lag: lag[k],
+                amplitude: amplitude[k],
+                force: force[k],
+                work: work[k],
+                energy: energy[k],
+                x: if is_locked { x.row(k).to_vec() } else { vec![] },
+                note: notes[k].as_str().to_owned(),
+            }
+        };
+        Ok(StoredResonance {
+            head: Head::read(&file),
+            problem: read_problem(&g).ok_or_else(|| bad("no fingerprint of the problem"))?,
+            found: PhaseResonance { test, rows: (0..values.len()).map(row).collect() },
+        })
+    })
+}
