@@ -463,7 +463,7 @@ def phase_resonance(
         gains: of the loop, of frequency over radians: the proportional one, and that of the sum [default: from the decay of the mode next to ``omega``].
         tolerance: the loop is at rest where the lag is as near as this to a quarter turn, in radians [default: 1e-6].
         noise: standard deviation of what each period's readings are off by, relative, and of the lag in radians [default: 0]; seed, that of the noise.
-        average: periods that are averaged over at each value [default: 200 with noise, else 1].
+        average: periods that are averaged over at each value [default: with noise 200, or 30 times as many as the body takes to settle; else 1].
         ratio: damping ratio [default: that of the scene].
         output, resume, force, progress: as for ``run``.
     """

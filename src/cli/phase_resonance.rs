@@ -24,8 +24,8 @@ use super::{Answer, CliError, Global, load};
 
 /// Most steps, and most periods that are averaged over.
 const MOST: (usize, usize) = (100_000, 1_000_000);
-/// Periods that are averaged over where readings are off.
-const AVERAGE: usize = 200;
+/// Periods that are averaged over where readings are off, at least, and how many windows.
+const AVERAGE: (usize, usize) = (200, 10);
 
 /// Arguments of `phase-resonance`.
 #[derive(Debug, Args)]
@@ -59,7 +59,7 @@ pub struct Arguments {
     /// Standard deviation of what each period's readings are off by: relative, and of the lag in radians
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, allow_negative_numbers = true)]
     noise: f64,
-    /// Periods that are averaged over at each value once the loop is at rest [default: 200 with --noise, else 1]
+    /// Periods that are averaged over at each value once the loop is at rest [default: with --noise 200, or 30 times as many as the body takes to settle; else 1]
     #[arg(long, value_name = "N", value_parser = family::at_least_one)]
     average: Option<usize>,
     /// Seed of the noise
@@ -166,7 +166,10 @@ impl Task for Arguments {
             gains,
             tolerance: self.tolerance,
             noise: self.noise,
-            average: self.average.unwrap_or(if self.noise > 0.0 { AVERAGE } else { 1 }),
+            average: self.average.unwrap_or(match self.noise > 0.0 {
+                true => AVERAGE.0.max(AVERAGE.1 * phase_resonance::window(gains)),
+                false => 1,
+            }),
             seed: self.seed,
         };
         let fingerprint = fingerprint(scene, &problem);

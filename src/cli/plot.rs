@@ -13,8 +13,7 @@ use signorini::report::pictures::{self, Options};
 use signorini::report::{basins, diagram, phase_resonance, plane};
 use signorini::store::{
     Content, Outputs, Stored, StoredFamily, beside, content, read_basins, read_comparison,
-    read_crosscheck, read_curves, read_diagram, read_resonance, read_stored_orbit,
-    read_switch_rates, without_ending,
+    read_crosscheck, read_curves, read_diagram, read_resonance, read_stored_orbit, without_ending,
 };
 
 use super::{Answer, CliError, Global, view};
@@ -41,7 +40,7 @@ pub struct Arguments {
     /// Animation: how many states are shown, evenly over the stored time (25 a second)
     #[arg(long, default_value_t = 100, requires = "animate", value_name = "N", value_parser = clap::value_parser!(u16).range(2..=2000))]
     frames: u16,
-    /// Only these pictures: contact, states, friction, forces, probes, portraits, spectra, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
+    /// Only these pictures: contact, states, friction, forces, probes, portraits, spectra, section, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
     /// multipliers (of a family), sweep, bifurcation, waterfall (of a sweep), crosscheck (of a cross-check), comparison, curves
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,
@@ -384,8 +383,7 @@ fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<PathBuf
     let of_orbit: Vec<String> = only.iter().filter(|o| !wanted(o)).cloned().collect();
     match orbit {
         Some(orbit) if only.is_empty() || !of_orbit.is_empty() => {
-            let rates = read_switch_rates(file)?;
-            drawn.extend(families::pictures_of_orbit(&stored, &orbit, &rates, stem, &of_orbit)?);
+            drawn.extend(families::pictures_of_orbit(&stored, &orbit, stem, &of_orbit)?);
         }
         _ => {}
     }

@@ -19,9 +19,13 @@ use crate::scenario::Scene;
 
 /// Periods that a loop is given to come to rest.
 const MOST: usize = 3000;
-/// It is at rest after so many periods near a quarter turn; where readings are off, after twice so many whose means are.
+/// It is at rest after so many periods near a quarter turn.
 const HOLD: usize = 5;
+/// Where readings are off, after two windows whose means are near by so many standard deviations, each so many periods long at least, and so many times as long as the body takes to
+/// settle; and a third one that is waited.
+const DEVIATIONS: f64 = 2.5;
 const WINDOW: usize = 16;
+const LONG: f64 = 3.0;
 /// Frequencies that are so many times higher or lower than the first one are none of a resonance nearby.
 const AWAY: f64 = 5.0;
 
@@ -82,22 +86,56 @@ impl Noise {
     }
 }
 
-/// Whether the lag and the frequency have come to rest, by those of all periods so far.
-fn is_at_rest(errors: &[f64], omegas: &[f64], (test, gains): (&Test, Gains)) -> bool {
-    if test.noise == 0.0 {
-        let moves = gains.proportional.max(gains.integral) * test.tolerance;
-        let still = |pair: &[f64]| (pair[1] - pair[0]).abs() <= moves;
-        return errors.len() >= HOLD
-            && errors[errors.len() - HOLD..].iter().all(|e| e.abs() <= test.tolerance)
-            && omegas[omegas.len() - HOLD..].windows(2).all(still);
+/// Periods in which what is left of a transient shows: several times as many as the body takes to settle, as the gains of its loop tell it.
+pub fn window([proportional, integral]: [f64; 2]) -> usize {
+    // ε: by how much it decays in a period
+    let decay = -0.5 * (-(integral / proportional).min(0.99)).ln_1p();
+    WINDOW.max((LONG / decay).ceil() as usize).min(MOST / 4)
+}
+
+/// When a loop is at rest.
+struct Rest {
+    /// Periods that are looked at at once.
+    window: usize,
+    /// The lag is as near as this to a quarter turn, of every period or, where readings are off, in the mean of a window.
+    near: f64,
+    /// A frequency moves by less.
+    moves: f64,
+    is_off: bool,
+}
+
+impl Rest {
+    fn new(test: &Test) -> Rest {
+        let [proportional, integral] = test.gains;
+        if test.noise == 0.0 {
+            let moves = proportional.max(integral) * test.tolerance;
+            return Rest { window: HOLD, near: test.tolerance, moves, is_off: false };
+        }
+        let window = window(test.gains);
+        let near = test.tolerance.max(DEVIATIONS * test.noise / (window as f64).sqrt());
+        Rest { window, near, moves: 2.0 * near * proportional, is_off: true }
     }
-    let Some(from) = errors.len().checked_sub(2 * WINDOW) else { return false };
-    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
-    // four standard deviations of a mean of sixteen
-    let near = test.tolerance.max(test.noise);
-    let moved = |all: &[f64]| mean(&all[..WINDOW]) - mean(&all[WINDOW..]);
-    errors[from..].chunks_exact(WINDOW).all(|window| mean(window).abs() <= near)
-        && moved(&omegas[from..]).abs() <= near * gains.proportional
+
+    /// Whether a loop is, by the lags and frequencies of all periods so far.
+    fn is_reached(&self, errors: &[f64], omegas: &[f64]) -> bool {
+        let last = |all: &[f64], count: usize| all.len().checked_sub(count);
+        if !self.is_off {
+            let Some(from) = last(errors, self.window) else { return false };
+            let still = |pair: &[f64]| (pair[1] - pair[0]).abs() <= self.moves;
+            return errors[from..].iter().all(|e| e.abs() <= self.near)
+                && omegas[from..].windows(2).all(still);
+        }
+        let Some(from) = last(errors, 2 * self.window) else { return false };
+        let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+        let [before, now] = [0, self.window].map(|k| mean(&omegas[from + k..][..self.window]));
+        errors[from..].chunks_exact(self.window).all(|window| mean(window).abs() <= self.near)
+            && (now - before).abs() <= self.moves
+    }
+
+    /// Periods that are waited behind that.
+    fn wait(&self) -> usize {
+        if self.is_off { self.window } else { 0 }
+    }
 }
 
 /// Steer the frequency from a state and a frequency until the loop is at rest, and read what is then, at a value of the number of a test.
@@ -109,9 +147,11 @@ fn lock(
 ) -> Result<ResonanceRow, FamilyError> {
     let [proportional, integral] = test.gains;
     let gains = Gains { proportional, integral };
+    let rest = Rest::new(test);
+    let mut wait = None;
     let mut steering = Steering::new(omega, gains);
     let mut z = first.to_vec();
-    let (mut errors, mut omegas) = (vec![], vec![]);
+    let (mut errors, mut omegas, mut measured) = (vec![], vec![], vec![]);
     let lost = |periods: usize, note: String| Ok(ResonanceRow::lost(value, periods, note));
     let mut all: Vec<Period> = vec![];
     while all.len() < test.average {
@@ -129,9 +169,9 @@ fn lock(
         let e = period.error();
         z.clone_from(&period.z);
         steering.steer(e);
-        if !all.is_empty() || is_at_rest(&errors, &omegas, (test, gains)) {
+        if wait == Some(0) {
             all.push(period);
-            omegas.push(omega);
+            measured.push(omega);
             continue;
         }
         if k == MOST {
@@ -139,6 +179,10 @@ fn lock(
         }
         errors.push(e);
         omegas.push(omega);
+        wait = match wait {
+            Some(left) => Some(left - 1),
+            None => rest.is_reached(&errors, &omegas).then(|| rest.wait()),
+        };
     }
     let reading = |of: fn(&Period) -> f64| Reading::of(&all.iter().map(of).collect::<Vec<_>>());
     let energy = reading(|p| p.energy).mean;
@@ -146,7 +190,7 @@ fn lock(
         value,
         is_locked: true,
         periods: errors.len(),
-        omega: Reading::of(&omegas[errors.len()..]),
+        omega: Reading::of(&measured),
         lag: reading(Period::lag),
         amplitude: reading(|p| p.amplitude),
         force: reading(|p| p.force),

@@ -99,12 +99,3 @@ fn read_origin_of(path: &Path) -> Result<Origin, StoreError> {
         contact_points: rows("gap")?,
     })
 }
-
-/// Rate of the monitor at every switch: for a node that closes, the negative of its velocity towards the obstacle just before.
-pub(crate) fn read_switch_rates(path: &Path) -> Result<Vec<f64>, StoreError> {
-    let missing = |_| StoreError::Missing { path: path.to_owned(), what: "/switches".into() };
-    reading(path, || {
-        let rates = open(path)?.dataset("switches/monitor_rate").map_err(missing)?;
-        Ok(rates.values()?)
-    })
-}

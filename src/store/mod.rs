@@ -58,7 +58,7 @@ pub(crate) use columns::switch_columns;
 pub(crate) use comparison::ComparisonWriter;
 pub use comparison::read_comparison;
 pub use content::content;
-pub(crate) use content::{Content, Origin, read_origin, read_switch_rates};
+pub(crate) use content::{Content, Origin, read_origin};
 pub use crosscheck::read_crosscheck;
 pub(crate) use csv::read_csv;
 pub use curves::{StoredCurves, read_curves, write_curves};

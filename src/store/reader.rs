@@ -99,6 +99,8 @@ pub struct Stored {
     pub switch_kind: Vec<String>,
     /// Energy jumps.
     pub switch_jump: Vec<f64>,
+    /// Rates of the monitors that vanish: of a point that closes the negative of its velocity towards the obstacle just before.
+    pub switch_rate: Vec<f64>,
     /// Number of grazings.
     pub grazings: usize,
 }
@@ -276,6 +278,7 @@ impl Stored {
             switch_point: vec![],
             switch_kind: vec![],
             switch_jump: vec![],
+            switch_rate: vec![],
             grazings: 0,
         })
     }
@@ -343,6 +346,7 @@ impl Stored {
         let kinds = switches.dataset("kind")?.values::<FixedAscii<32>>()?;
         self.switch_kind = kinds.iter().map(|w| w.as_str().to_owned()).collect();
         self.switch_jump = switches.dataset("energy_jump")?.values()?;
+        self.switch_rate = switches.dataset("monitor_rate")?.values()?;
         self.grazings = file.dataset("grazings/t").map_or(0, |d| d.size());
         Ok(())
     }
@@ -464,6 +468,7 @@ impl Stored {
             (self.switch_point.len() == self.switch_t.len(), "/switches/active_before"),
             (self.switch_kind.len() == self.switch_t.len(), "/switches/kind"),
             (self.switch_jump.len() == self.switch_t.len(), "/switches/energy_jump"),
+            (self.switch_rate.len() == self.switch_t.len(), "/switches/monitor_rate"),
         ];
         checks.iter().find(|(fits, _)| !fits).map(|(_, what)| *what)
     }

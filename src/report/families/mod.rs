@@ -38,7 +38,7 @@ pub(super) const LOGARITHMIC: f64 = 50.0;
 /// What a picture is drawn from.
 #[derive(Clone, Copy)]
 enum Source<'s> {
-    Orbit(&'s Stored, &'s OrbitRecord, &'s [f64]),
+    Orbit(&'s Stored, &'s OrbitRecord),
     Family(&'s StoredFamily, Option<Axis>),
     Check(&'s StoredFamily, &'s [CheckRow]),
 }
@@ -48,7 +48,7 @@ type Picture = (&'static str, fn(Source) -> Result<Sheet<'static>, FigureError>)
 
 const OF_ORBIT: [Picture; 2] = [
     ("portrait", |s| match s {
-        Source::Orbit(stored, _, rates) => portrait(stored, rates),
+        Source::Orbit(stored, _) => portrait(stored),
         _ => Err(FigureError::Empty("a family has no portrait")),
     }),
     ("multipliers", multipliers),
@@ -99,16 +99,14 @@ pub(crate) fn check_names() -> Vec<&'static str> {
     OF_CHECK.iter().map(|p| p.0).collect()
 }
 
-/// Draw the named pictures of an orbit (all that make sense if `only` is empty) to be written as `STEM-NAME.svg` and `.png`;
-/// `rates` are those of the monitors at the switches.
+/// Draw the named pictures of an orbit (all that make sense if `only` is empty) to be written as `STEM-NAME.svg` and `.png`.
 pub(crate) fn pictures_of_orbit(
     stored: &Stored,
     orbit: &OrbitRecord,
-    rates: &[f64],
     stem: &Path,
     only: &[String],
 ) -> Result<Vec<Drawing<'static>>, FigureError> {
-    draw(&OF_ORBIT, Source::Orbit(stored, orbit, rates), stem, only).map(|(drawn, _)| drawn)
+    draw(&OF_ORBIT, Source::Orbit(stored, orbit), stem, only).map(|(drawn, _)| drawn)
 }
 
 /// Draw the named pictures of a family, likewise, the backbone on both axes or on one; without any orbit there is nothing to draw.
@@ -168,7 +166,7 @@ fn draw(
 
 fn multipliers(source: Source) -> Result<Sheet<'static>, FigureError> {
     match source {
-        Source::Orbit(stored, orbit, _) => orbit_multipliers(stored, orbit),
+        Source::Orbit(stored, orbit) => orbit_multipliers(stored, orbit),
         Source::Family(family, _) | Source::Check(family, _) => family_multipliers(family),
     }
 }

@@ -25,8 +25,6 @@ struct Switch {
 struct Portrait<'s> {
     stored: &'s Stored,
     edge: Edge<'s>,
-    /// Rates of the monitors at the switches.
-    rates: &'s [f64],
 }
 
 impl Portrait<'_> {
@@ -50,9 +48,7 @@ impl Portrait<'_> {
             let row = row_of(stored.switch_t[k]);
             let x = self.edge.motion(row, i).0;
             let closes = kind(k) != SwitchKind::Open;
-            let last = || self.edge.motion(row.saturating_sub(1), i).1;
-            let arrival = || self.rates.get(k).map_or_else(last, |rate| -rate);
-            Switch { row, before: (x, if closes { arrival() } else { 0.0 }), closes }
+            Switch { row, before: (x, if closes { -stored.switch_rate[k] } else { 0.0 }), closes }
         };
         let of_point = |k: &usize| stored.switch_point[*k] == i && !kind(*k).is_tangential();
         (0..stored.switch_t.len()).filter(of_point).map(switch).collect()
@@ -81,12 +77,12 @@ impl Portrait<'_> {
 }
 
 /// Contact displacement along the outward normal and its velocity, a curve a node; thin: jumps of the velocity at its switches.
-pub(super) fn portrait(stored: &Stored, rates: &[f64]) -> Result<Sheet<'static>, FigureError> {
+pub(super) fn portrait(stored: &Stored) -> Result<Sheet<'static>, FigureError> {
     let rows = stored.t.len();
     if stored.facing() == 0 || rows < 2 {
         return Err(FigureError::Empty("a portrait needs a contact node and two states"));
     }
-    let portrait = Portrait { stored, edge: Edge::of(stored), rates };
+    let portrait = Portrait { stored, edge: Edge::of(stored) };
     let edge = &portrait.edge;
     let shown = edge.shown();
     let all = || shown.iter().flat_map(|&i| (0..rows).map(move |r| edge.motion(r, i)));

@@ -94,7 +94,11 @@ fn overlay(families: &[StoredFamily], options: &Options) -> Result<Sheet<'static
     for (test, mark) in options.tests.iter().zip(TESTED.into_iter().cycle()) {
         let points = options.tested(test).map(|(omega, value)| (omega, scaled(value)));
         chart.marks(points, mark, INK);
-        measured.push(entry(format!("phase resonance: {}", test.head.title), INK, mark));
+        let name = match test.head.title == common {
+            true => "phase resonance".into(),
+            false => format!("phase resonance: {}", test.head.title),
+        };
+        measured.push(entry(name, INK, mark));
     }
     let sheet = Sheet::new(&common, &format!("{} against frequency", options.axis.name()));
     let sheet = sheet.legend(Legend::Rows(measured));

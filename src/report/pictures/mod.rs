@@ -1,4 +1,4 @@
-//! The pictures of a stored run: contact, states and loops of friction, forces, probes, spectra, energy, gap map, deformed shapes.
+//! The pictures of a stored run: contact, states and loops of friction, forces, probes, spectra, sections, energy, gap map, deformed shapes.
 
 mod contact;
 mod forces;
@@ -9,6 +9,7 @@ mod patches;
 mod plate;
 mod probes;
 mod scaled;
+mod section;
 mod shapes;
 mod solid;
 mod states;
@@ -25,6 +26,7 @@ use friction::friction;
 use gap::gap_map;
 use ledger::energy;
 use probes::{portraits, probes, spectra};
+use section::section;
 pub use shapes::frames;
 use shapes::shapes;
 use states::states;
@@ -33,24 +35,32 @@ pub(super) use wall::boundary;
 /// A picture's name and how it is drawn.
 struct Picture {
     name: &'static str,
-    /// Its axis is the line of the contact nodes: of a body in space, whose contact is a face, drawn only when it is asked for.
-    along_edge: bool,
-    /// Drawn only when it is asked for, where no probes are.
-    of_probes: bool,
+    /// For which runs it is drawn unasked.
+    unasked: fn(&Stored) -> bool,
     draw: for<'s> fn(&'s Stored, &Options) -> Result<Sheet<'s>, FigureError>,
 }
 
-const PICTURES: [Picture; 10] = [
-    Picture { name: "contact", along_edge: false, of_probes: false, draw: contact },
-    Picture { name: "states", along_edge: false, of_probes: false, draw: states },
-    Picture { name: "friction", along_edge: false, of_probes: false, draw: friction },
-    Picture { name: "forces", along_edge: false, of_probes: false, draw: forces },
-    Picture { name: "probes", along_edge: false, of_probes: true, draw: probes },
-    Picture { name: "portraits", along_edge: false, of_probes: true, draw: portraits },
-    Picture { name: "spectra", along_edge: false, of_probes: true, draw: spectra },
-    Picture { name: "energy", along_edge: false, of_probes: false, draw: energy },
-    Picture { name: "gap", along_edge: true, of_probes: false, draw: gap_map },
-    Picture { name: "shapes", along_edge: false, of_probes: false, draw: shapes },
+/// Its axis is the line of the contact nodes, where that is no face.
+fn is_line(stored: &Stored) -> bool {
+    !stored.is_solid()
+}
+
+fn has_probes(stored: &Stored) -> bool {
+    !stored.probes.is_empty()
+}
+
+const PICTURES: [Picture; 11] = [
+    Picture { name: "contact", unasked: |_| true, draw: contact },
+    Picture { name: "states", unasked: |_| true, draw: states },
+    Picture { name: "friction", unasked: |_| true, draw: friction },
+    Picture { name: "forces", unasked: |_| true, draw: forces },
+    Picture { name: "probes", unasked: has_probes, draw: probes },
+    Picture { name: "portraits", unasked: has_probes, draw: portraits },
+    Picture { name: "spectra", unasked: has_probes, draw: spectra },
+    Picture { name: "section", unasked: |_| false, draw: section },
+    Picture { name: "energy", unasked: |_| true, draw: energy },
+    Picture { name: "gap", unasked: is_line, draw: gap_map },
+    Picture { name: "shapes", unasked: |_| true, draw: shapes },
 ];
 
 /// What a user may choose.
@@ -89,9 +99,7 @@ pub(crate) fn draw_all<'s>(
     let mut drawn = vec![];
     for picture in &PICTURES {
         let is_asked_for = only.iter().any(|o| o == picture.name);
-        let is_off = (picture.along_edge && stored.is_solid())
-            || (picture.of_probes && stored.probes.is_empty());
-        if !is_asked_for && (!only.is_empty() || is_off) {
+        if !is_asked_for && !(only.is_empty() && (picture.unasked)(stored)) {
             continue;
         }
         let sheet = match (picture.draw)(stored, options) {
