@@ -71,6 +71,7 @@ mod reference_solutions;
 mod responses;
 mod scenes;
 mod schema;
+mod sections;
 mod sensitivities;
 mod sliding;
 mod solids;

@@ -213,6 +213,17 @@ def test_a_diagram_is_that_of_the_command(command, tmp_path):
     assert d.plot() is not None
 
 
+def test_a_test_of_phase_resonance_is_that_of_the_command(command, tmp_path):
+    words = ["phase-resonance", "scenarios/driven-stop.toml", "--over", "load[0].amplitude=0.001,0.01", "--steps", "3", "--noise", "0.01", "--json"]
+    said = json.loads(subprocess.run([command, *words, "-o", tmp_path / "p.h5"], check=True, capture_output=True).stdout)
+    over = {"load[0].amplitude": (0.001, 0.01)}
+    for p in [sg.phase_resonance("scenarios/driven-stop.toml", over, steps=3, noise=0.01), sg.open(tmp_path / "p.h5")]:
+        assert p.key == "load[0].amplitude" and p.noise == 0.01 and len(p) == 4 and p.locked.all()
+        assert p.omega.tolist() == said["omega"] and p.omega_error.tolist() == said["omega_error"] and (p.work > 0).all()
+        assert abs(p.lag - np.pi / 2).max() < 0.01
+    assert p.plot() is not None
+
+
 def test_exponents_of_a_run():
     r = sg.run("scenarios/driven-stop.toml", lyapunov=2, lyapunov_periods=50)
     assert r.lyapunov.growths.shape == (50, 2)

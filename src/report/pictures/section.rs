@@ -11,6 +11,9 @@ use crate::store::Stored;
 /// Fewer closings make no section.
 const FEWEST: usize = 3;
 
+/// More of them are drawn small.
+const MANY: usize = 400;
+
 /// The closings of a contact point: times, and velocities towards the obstacle before them.
 struct Closings {
     point: usize,
@@ -56,7 +59,8 @@ pub(super) fn section<'s>(stored: &'s Stored, _: &Options) -> Result<Sheet<'s>, 
         let x = x.unwrap_or_else(|| range(points.iter().map(|p| p.0)));
         let y = range(points.iter().map(|p| p.1));
         let mut chart = Chart::new(Axis::linear(names[0], x), Axis::linear(names[1], y));
-        chart.marks(points, Mark::Dot, LINES[0]);
+        let mark = if points.len() > MANY { Mark::Speck } else { Mark::Dot };
+        chart.marks(points, mark, LINES[0]);
         Cell::from(chart)
     };
     let (first, whole) = match period {
