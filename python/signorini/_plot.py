@@ -46,20 +46,30 @@ def _clean(axes: Axes, x: str, y: str) -> None:
 
 
 def _basins(figure: type[Figure], basins: Basins) -> Figure:
-    shown = figure(figsize=(7, 5.5), layout="constrained")
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    shown = figure(figsize=(7, 6), layout="constrained")
     axes = shown.subplots()
     free = [k for k, (low, high) in enumerate(basins.range) if low < high]
     x, y = free[0], free[min(1, len(free) - 1)]
+    marks = []
     for k in np.unique(basins.attractor):
         colour = COLOURS[k % len(COLOURS)] if k >= 0 else "0.6"
-        of = basins.starts[basins.attractor == k]
+        own = basins.attractor == k
+        if basins.size:
+            edges = [np.linspace(*basins.range[j], basins.size + 1) for j in (x, y)]
+            cells = np.ma.masked_equal(own.reshape(basins.size, basins.size), False)
+            axes.pcolormesh(*edges, cells, cmap=ListedColormap([colour]), alpha=0.45, lw=0, rasterized=True)
+        else:
+            axes.plot(basins.starts[own, x], basins.starts[own, y], "o", ms=3, color=colour, alpha=0.45, mew=0)
         name = repr(basins[int(k)])[1:-1].removeprefix("Attractor: ") if k >= 0 else f"code {k}"
-        axes.plot(of[:, x], of[:, y], "s" if basins.size else "o", ms=3, color=colour, alpha=0.45, mew=0, label=name)
+        marks.append(Patch(color=colour, alpha=0.45, label=name))
     for k, attractor in enumerate(basins):
         axes.plot(attractor.at[:, x], attractor.at[:, y], "o", ms=3, color=COLOURS[k % len(COLOURS)])
-    axes.legend(frameon=False)
+    shown.legend(handles=marks, frameon=False, loc="outside lower center", ncols=2)
     _clean(axes, basins.axes[x], basins.axes[y])
-    axes.set_title(f"{basins.title}: basins at {basins.omega:.6g}", loc="left")
+    axes.set_title(f"{basins.title}: basins at ω = {basins.omega:.6g}", loc="left")
     return shown
 
 
@@ -75,7 +85,7 @@ def _diagram(figure: type[Figure], diagram: Diagram) -> Figure:
     exponents.axhline(0, color="0.3", lw=0.8)
     _clean(depths, "", "least contact displacement in each period")
     _clean(exponents, diagram.key, "largest exponent a period")
-    depths.set_title(f"{diagram.title}: over {diagram.key} at {diagram.omega:.6g}", loc="left")
+    depths.set_title(f"{diagram.title}: over {diagram.key} at ω = {diagram.omega:.6g}", loc="left")
     return shown
 
 
