@@ -72,6 +72,22 @@ fn jumps_are_at_folds_and_grazings() {
 }
 
 /// A stop without gap: motions scale with the load, and double where another program has it, whatever the load.
+/// In a grid so coarse that amplitudes multiply from value to value: what grows in proportion does not jump, what jumps does, and no load is rest.
+#[test]
+fn growth_is_no_jump() {
+    let folder = TempDir::new().unwrap();
+    let text = elastic_stop((0.2, 1.2), 20.0, 1.0, WIDE);
+    let (found, _) = diagram(&folder, &text, "load[0].amplitude=0,0.6", &["--steps", "3"]);
+    let rows: Vec<_> = found.walk(false).collect();
+    assert_eq!((rows[0].seen.kind.periods(), rows[0].seen.amplitude()), (1, 0.0));
+    assert_eq!(rows[0].seen.note, "at rest");
+    let grazing = ((1.0f64 - 1.44).powi(2) + 0.12f64.powi(2)).sqrt();
+    let (before, behind) = jump(&found, false);
+    assert!(before <= grazing * (1.0 + 1e-4) && grazing <= behind, "{before} {grazing} {behind}");
+    assert!(behind - before < 0.2 / 60.0);
+    assert!(rows.iter().all(|row| row.seen.kind.periods() == 1));
+}
+
 #[test]
 fn the_load_changes_nothing_without_a_gap() {
     let folder = TempDir::new().unwrap();
@@ -145,6 +161,18 @@ fn an_interrupted_walk_goes_on_to_the_same() {
 #[test]
 fn what_makes_no_sense_is_refused() {
     let folder = TempDir::new().unwrap();
+    // nothing settles that loses nothing
+    let undamped = elastic_stop((0.2, 1.2), 20.0, 1.0, WIDE).replace("[0.1, 0.0]", "[0.0, 0.0]");
+    let own = written(folder.path(), &undamped);
+    let other = folder.path().join("other.h5").display().to_string();
+    for words in [
+        &["diagram", &own, "--over", "contact.gap=0.5,1", "-o", &other][..],
+        &["basins", &own, "--size", "2", "-o", &other],
+        &["response", &own, "--sweep", "up", "-o", &other],
+        &["phase-resonance", &own, "--over", "contact.gap=0.5,1", "-o", &other],
+    ] {
+        refused(words, "is zero");
+    }
     let scene = written(folder.path(), &elastic_stop((0.2, 1.2), 20.0, 1.0, WIDE));
     let file = folder.path().join("d.h5").display().to_string();
     let words = |over: &str, more: &[&str], why: &str| {

@@ -98,8 +98,9 @@ pub(crate) fn draw_all<'s>(
 ) -> Result<Vec<Drawing<'s>>, FigureError> {
     let mut drawn = vec![];
     for picture in &PICTURES {
-        let is_asked_for = only.iter().any(|o| o == picture.name);
-        if !is_asked_for && !(only.is_empty() && (picture.unasked)(stored)) {
+        let is_asked_for = only.iter().any(|o| o == picture.name)
+            || (only.is_empty() && (picture.unasked)(stored));
+        if !is_asked_for {
             continue;
         }
         let sheet = match (picture.draw)(stored, options) {
