@@ -149,6 +149,19 @@ fn chaos_is_one_attractor_and_so_is_a_torus() {
     assert_eq!(said["attractors"][0]["rotation_number"].as_f64(), Some(rho));
 }
 
+/// Without a load rest attracts everything.
+#[test]
+fn rest_is_an_attractor() {
+    let folder = TempDir::new().unwrap();
+    let (found, _) = basins(&folder, &elastic_stop((0.0, 1.2), 20.0, 1.0, WIDE), &["--size", "4"]);
+    let kinds: Vec<AttractorKind> = found.attractors.iter().map(|a| a.seen.kind).collect();
+    assert_eq!(kinds, [AttractorKind::Periodic(1)]);
+    assert_eq!(
+        (found.share(Fate::Attractor(0)).count, found.attractors[0].seen.amplitude()),
+        (16, 0.0)
+    );
+}
+
 /// The problem of the oscillator with its plane, and what is asked for.
 fn asked(folder: &TempDir, size: usize) -> (Problem, Plane, Basins) {
     let path = written(folder.path(), &elastic_stop((0.2, 1.2), 20.0, 1.0, WIDE));

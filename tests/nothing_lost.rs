@@ -383,7 +383,7 @@ fn goes_on(scene: &str, cut: &str, whole: &str, note: &serde_json::Value) {
     assert!(String::from_utf8_lossy(&again.stdout).contains("nothing is left to do"));
 }
 
-/// Basins and diagrams, written again and again while they are computed.
+/// Basins, diagrams and tests of phase resonance, written again and again while they are computed.
 #[test]
 fn basins_and_diagrams_go_on() {
     let folder = TempDir::new().unwrap();
@@ -391,9 +391,13 @@ fn basins_and_diagrams_go_on() {
     let basins = ["basins", scene, "--omega", "0.7", "--size", "10"].map(str::to_owned);
     let over = "load[0].amplitude=0.05,0.4";
     let diagram = ["diagram", scene, "--omega", "0.7", "--over", over, "--steps", "30"];
-    for (name, words) in
-        [("basins", basins.to_vec()), ("diagram", diagram.map(str::to_owned).to_vec())]
-    {
+    let test = ["phase-resonance", scene, "--over", over, "--steps", "4", "--noise", "0.01"];
+    for (name, words, looks) in [
+        ("basins", basins.to_vec(), [12, 15]),
+        ("diagram", diagram.map(str::to_owned).to_vec(), [12, 15]),
+        // in the middle of the first value, and of a later one
+        ("test", test.map(str::to_owned).to_vec(), [100, 1000]),
+    ] {
         let (whole, cut) =
             (at(&folder, &format!("{name}-whole.h5")), at(&folder, &format!("{name}-cut.h5")));
         let with = |file: &str, more: &[&str]| -> Vec<String> {
@@ -404,7 +408,8 @@ fn basins_and_diagrams_go_on() {
             expect(code, &words.iter().map(String::as_str).collect::<Vec<_>>())
         };
         call(0, with(&whole, &[]));
-        for (what, look, code) in [("INT", 12, Some(130)), ("TERM", 15, Some(143))] {
+        let [first, second] = looks;
+        for (what, look, code) in [("INT", first, Some(130)), ("TERM", second, Some(143))] {
             let words = with(&cut, &["-q", "--resume"]);
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
             let output = run_until(what, look, &words);

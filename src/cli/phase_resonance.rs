@@ -204,7 +204,8 @@ impl Task for Arguments {
             kept.step(found)
         };
         let what = (&work.scene, &plan.problem);
-        let go = phase_resonance::follow(what, &mut found, &mut take);
+        let ends_now = || global.caller.signal().is_some();
+        let go = phase_resonance::follow(what, &mut found, (&mut take, &ends_now));
         bar.iter().for_each(Bar::clear);
         let told = format!("{} rows are", found.rows.len());
         kept.end(found, go.map(|go| go.is_continue()), &told)

@@ -32,11 +32,11 @@ const AWAY: f64 = 5.0;
 /// Told of what is known after each row.
 pub type Take<'a> = &'a mut dyn FnMut(&PhaseResonance) -> Result<Go, FamilyError>;
 
-/// What is missing of a test, from the scene's own state, or from rest. Whether it came to its end.
+/// What is missing of a test, from the scene's own state, or from rest. Whether it came to its end: an interruption (`take` says so, or `ends_now` within a row) leaves whole rows.
 pub fn follow(
     (scene, problem): (&Scene, &Problem),
     found: &mut PhaseResonance,
-    take: Take,
+    (take, ends_now): (Take, &dyn Fn() -> bool),
 ) -> Result<Go, FamilyError> {
     let key = &found.test.key;
     let value = scene.number(key).map_err(|e| OrbitError::Value(f64::NAN, e.to_string()))?;
@@ -50,7 +50,9 @@ pub fn follow(
         let from = locked.map_or((&first, found.test.omega), |row| (&row.x, row.omega.mean));
         let z = bodies.in_body(value, from.0)?;
         let mut noise = Noise::new(&found.test, k);
-        let mut row = lock(bodies.body(value)?, (&z, from.1), (&found.test, value), &mut noise)?;
+        let asked = (&found.test, value);
+        let row = lock(bodies.body(value)?, (&z, from.1), asked, (&mut noise, ends_now))?;
+        let Some(mut row) = row else { return Ok(Go::Break(())) };
         if row.is_locked {
             row.x = bodies.out_of_body(value, &row.x)?;
         }
@@ -138,13 +140,13 @@ impl Rest {
     }
 }
 
-/// Steer the frequency from a state and a frequency until the loop is at rest, and read what is then, at a value of the number of a test.
+/// Steer the frequency from a state and a frequency until the loop is at rest, and read what is then, at a value of the number of a test; none where it was interrupted.
 fn lock(
     body: &mut Propagator,
     (first, omega): (&[f64], f64),
     (test, value): (&Test, f64),
-    noise: &mut Noise,
-) -> Result<ResonanceRow, FamilyError> {
+    (noise, ends_now): (&mut Noise, &dyn Fn() -> bool),
+) -> Result<Option<ResonanceRow>, FamilyError> {
     let [proportional, integral] = test.gains;
     let gains = Gains { proportional, integral };
     let rest = Rest::new(test);
@@ -152,9 +154,12 @@ fn lock(
     let mut steering = Steering::new(omega, gains);
     let mut z = first.to_vec();
     let (mut errors, mut omegas, mut measured) = (vec![], vec![], vec![]);
-    let lost = |periods: usize, note: String| Ok(ResonanceRow::lost(value, periods, note));
+    let lost = |periods: usize, note: String| Ok(Some(ResonanceRow::lost(value, periods, note)));
     let mut all: Vec<Period> = vec![];
     while all.len() < test.average {
+        if ends_now() {
+            return Ok(None);
+        }
         let (omega, k) = (steering.omega, errors.len());
         if !(omega > test.omega / AWAY && omega < test.omega * AWAY) {
             return lost(k, format!("the loop has left: omega = {omega:.4}"));
@@ -186,7 +191,7 @@ fn lock(
     }
     let reading = |of: fn(&Period) -> f64| Reading::of(&all.iter().map(of).collect::<Vec<_>>());
     let energy = reading(|p| p.energy).mean;
-    Ok(ResonanceRow {
+    Ok(Some(ResonanceRow {
         value,
         is_locked: true,
         periods: errors.len(),
@@ -198,5 +203,5 @@ fn lock(
         energy,
         x: z,
         note: String::new(),
-    })
+    }))
 }

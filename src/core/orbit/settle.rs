@@ -24,6 +24,8 @@ const MOVED: (f64, f64) = (5.0, 0.5);
 
 /// A motion that is so many times as large as the unit of the body, and as it was at first, grows without bound.
 const UNBOUNDED: f64 = 1e6;
+/// One that is so small, likewise, may have come to rest.
+const QUIET: f64 = 1e-9;
 /// Numbers of periods with which Newton's method is tried where patience is at its end, and for how many more periods the body must then come nearer.
 const LAST: ([usize; 6], usize) = ([1, 2, 3, 4, 6, 8], 40);
 
@@ -155,14 +157,15 @@ pub fn settle_unless<R>(
     // the next distance at which each number of periods is tried
     let mut tries = [0; LONGEST + 1];
     let mut least = f64::INFINITY;
-    let bound = UNBOUNDED * norm(z).max(body.unit);
+    let scale = norm(z).max(body.unit);
+    let mut is_quiet = false;
     for k in 1..=MOST {
         let ended = |to| Ok(Ok(Settling { to, periods: k }));
         let now = match next(body, &past[k - 1], omega)? {
             Ok(now) => now,
             Err(why) => return ended(Settled::Broken(why)),
         };
-        if norm(&now) > bound {
+        if norm(&now) > UNBOUNDED * scale {
             return ended(Settled::Unbounded);
         }
         let returns: Vec<f64> =
@@ -171,6 +174,13 @@ pub fn settle_unless<R>(
             return Ok(Err((recognised, k)));
         }
         past.push(now.clone());
+        // where nothing is left of a motion Newton's method has nothing to be relative to
+        if !is_quiet && norm(&now) <= QUIET * scale {
+            is_quiet = true;
+            if let Near::Rest(orbit) = near(body, 1, &vec![0.0; now.len()], omega)? {
+                return ended(Settled::Rest(orbit));
+            }
+        }
         if k <= patience {
             continue;
         }
