@@ -174,15 +174,15 @@ pub fn settle_unless<R>(
             return Ok(Err((recognised, k)));
         }
         past.push(now.clone());
+        if k <= patience {
+            continue;
+        }
         // where nothing is left of a motion Newton's method has nothing to be relative to
         if !is_quiet && norm(&now) <= QUIET * scale {
             is_quiet = true;
             if let Near::Rest(orbit) = near(body, 1, &vec![0.0; now.len()], omega)? {
                 return ended(Settled::Rest(orbit));
             }
-        }
-        if k <= patience {
-            continue;
         }
         for (p, &d) in (1..).zip(&returns) {
             least = least.min(d);
