@@ -177,6 +177,24 @@ fn readings_are_off_by_what_they_say() {
     assert!((0.4..2.6).contains(&mean), "{mean}");
 }
 
+/// At the frequency of its mode the lag is right from the first period on, and the amplitude grows for hundreds: in closed form F/αω in the end.
+#[test]
+fn light_damping_is_waited_for() {
+    let folder = TempDir::new().unwrap();
+    for damping in [0.01, 0.003] {
+        let loads = format!("{},{}", 0.8 * damping, 0.9 * damping);
+        let (found, _) = tested(&folder, (damping, &loads), &["--steps", "1"]);
+        let (row, ratio) = (&found.rows[0], 0.5 * damping);
+        assert!((row.amplitude.mean / 0.8 - 1.0).abs() < 1e-4, "{}", row.amplitude.mean);
+        assert!((row.damping() / ratio - 1.0).abs() < 1e-4, "{}", row.damping());
+    }
+    let more = ["--steps", "1", "--noise", "0.01"];
+    let (found, _) = tested(&folder, (0.01, "0.008,0.009"), &more);
+    let amplitude = found.rows[0].amplitude;
+    assert!((amplitude.mean - 0.8).abs() < 5.0 * amplitude.error, "{amplitude:?}");
+    assert!(amplitude.error < 0.002, "{amplitude:?}");
+}
+
 #[test]
 fn values_that_do_not_lock_are_told() {
     let folder = TempDir::new().unwrap();

@@ -18,9 +18,11 @@ use crate::records::{PhaseResonance, Reading, ResonanceRow, Test};
 use crate::scenario::Scene;
 
 /// Periods that a loop is given to come to rest.
-const MOST: usize = 3000;
+const MOST: usize = 20_000;
 /// It is at rest after so many periods near a quarter turn.
 const HOLD: usize = 5;
+/// What is left of a transient in the size of what is read, over the tolerance of the lag.
+const SIZE: f64 = 10.0;
 /// Where readings are off, after two windows whose means are near by so many standard deviations, each so many periods long at least, and so many times as long as the body takes to
 /// settle; and a third one that is waited.
 const DEVIATIONS: f64 = 2.5;
@@ -89,10 +91,23 @@ impl Noise {
 }
 
 /// Periods in which what is left of a transient shows: several times as many as the body takes to settle, as the gains of its loop tell it.
-pub fn window([proportional, integral]: [f64; 2]) -> usize {
-    // ε: by how much it decays in a period
-    let decay = -0.5 * (-(integral / proportional).min(0.99)).ln_1p();
-    WINDOW.max((LONG / decay).ceil() as usize).min(MOST / 4)
+pub fn window(gains: [f64; 2]) -> usize {
+    WINDOW.max((LONG / decay(gains)).ceil() as usize).min(MOST / 4)
+}
+
+/// `ε`: by how much a body decays in a period, as the gains of its loop tell it.
+fn decay([proportional, integral]: [f64; 2]) -> f64 {
+    -0.5 * (-(integral / proportional).min(0.99)).ln_1p()
+}
+
+/// What is known of the periods of a loop so far.
+#[derive(Default)]
+struct Log {
+    /// `e`
+    errors: Vec<f64>,
+    omegas: Vec<f64>,
+    /// `|p|`
+    sizes: Vec<f64>,
 }
 
 /// When a loop is at rest.
@@ -103,6 +118,8 @@ struct Rest {
     near: f64,
     /// A frequency moves by less.
     moves: f64,
+    /// The size of what is read grows, or falls, by a smaller share: at a frequency that is right from the first period on the lag says nothing.
+    grows: f64,
     is_off: bool,
 }
 
@@ -111,27 +128,33 @@ impl Rest {
         let [proportional, integral] = test.gains;
         if test.noise == 0.0 {
             let moves = proportional.max(integral) * test.tolerance;
-            return Rest { window: HOLD, near: test.tolerance, moves, is_off: false };
+            // what is left of a transient falls by this share of itself in a period
+            let grows = SIZE * test.tolerance * decay(test.gains);
+            return Rest { window: HOLD, near: test.tolerance, moves, grows, is_off: false };
         }
         let window = window(test.gains);
         let near = test.tolerance.max(DEVIATIONS * test.noise / (window as f64).sqrt());
-        Rest { window, near, moves: 2.0 * near * proportional, is_off: true }
+        Rest { window, near, moves: 2.0 * near * proportional, grows: 2.0 * near, is_off: true }
     }
 
-    /// Whether a loop is, by the lags and frequencies of all periods so far.
-    fn is_reached(&self, errors: &[f64], omegas: &[f64]) -> bool {
+    /// Whether a loop is, by all periods so far.
+    fn is_reached(&self, Log { errors, omegas, sizes }: &Log) -> bool {
         let last = |all: &[f64], count: usize| all.len().checked_sub(count);
         if !self.is_off {
             let Some(from) = last(errors, self.window) else { return false };
             let still = |pair: &[f64]| (pair[1] - pair[0]).abs() <= self.moves;
+            let steady = |pair: &[f64]| (pair[1] - pair[0]).abs() <= self.grows * pair[1];
             return errors[from..].iter().all(|e| e.abs() <= self.near)
-                && omegas[from..].windows(2).all(still);
+                && omegas[from..].windows(2).all(still)
+                && sizes[from..].windows(2).all(steady);
         }
         let Some(from) = last(errors, 2 * self.window) else { return false };
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
-        let [before, now] = [0, self.window].map(|k| mean(&omegas[from + k..][..self.window]));
+        let means = |all: &[f64]| [0, self.window].map(|k| mean(&all[from + k..][..self.window]));
+        let ([before, now], [small, large]) = (means(omegas), means(sizes));
         errors[from..].chunks_exact(self.window).all(|window| mean(window).abs() <= self.near)
             && (now - before).abs() <= self.moves
+            && (large - small).abs() <= self.grows * large
     }
 
     /// Periods that are waited behind that.
@@ -153,14 +176,14 @@ fn lock(
     let mut wait = None;
     let mut steering = Steering::new(omega, gains);
     let mut z = first.to_vec();
-    let (mut errors, mut omegas, mut measured) = (vec![], vec![], vec![]);
+    let (mut log, mut measured) = (Log::default(), vec![]);
     let lost = |periods: usize, note: String| Ok(Some(ResonanceRow::lost(value, periods, note)));
     let mut all: Vec<Period> = vec![];
     while all.len() < test.average {
         if ends_now() {
             return Ok(None);
         }
-        let (omega, k) = (steering.omega, errors.len());
+        let (omega, k) = (steering.omega, log.errors.len());
         if !(omega > test.omega / AWAY && omega < test.omega * AWAY) {
             return lost(k, format!("the loop has left: omega = {omega:.4}"));
         }
@@ -171,7 +194,7 @@ fn lock(
             return lost(k, "the loads do not move the body".into());
         }
         let period = period.read([(); 4].map(|()| noise.next()));
-        let e = period.error();
+        let (e, size) = (period.error(), period.power.norm());
         z.clone_from(&period.z);
         steering.steer(e);
         if wait == Some(0) {
@@ -182,11 +205,12 @@ fn lock(
         if k == MOST {
             return lost(k, format!("not locked: the lag is still {e:.1e} off; other --gains?"));
         }
-        errors.push(e);
-        omegas.push(omega);
+        log.errors.push(e);
+        log.omegas.push(omega);
+        log.sizes.push(size);
         wait = match wait {
             Some(left) => Some(left - 1),
-            None => rest.is_reached(&errors, &omegas).then(|| rest.wait()),
+            None => rest.is_reached(&log).then(|| rest.wait()),
         };
     }
     let reading = |of: fn(&Period) -> f64| Reading::of(&all.iter().map(of).collect::<Vec<_>>());
@@ -194,7 +218,7 @@ fn lock(
     Ok(Some(ResonanceRow {
         value,
         is_locked: true,
-        periods: errors.len(),
+        periods: log.errors.len(),
         omega: Reading::of(&measured),
         lag: reading(Period::lag),
         amplitude: reading(|p| p.amplitude),

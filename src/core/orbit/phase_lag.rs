@@ -200,7 +200,8 @@ impl Gains {
         let away = |w: f64| (w - omega).abs();
         let modes = body.home.modes.iter();
         let mode = modes.min_by(|a, b| away(a.omega).total_cmp(&away(b.omega)));
-        let decay = mode.map_or(0.0, |m| 2.0 * m.c).max(UNDAMPED * omega);
+        let decay = mode.map(|m| 2.0 * m.c).filter(|decay| *decay > 0.0);
+        let decay = decay.unwrap_or(UNDAMPED * omega);
         let in_period = PI * decay / omega;
         let proportional = 2.0 * decay / (1.0 + 4.0 * in_period);
         Gains { proportional, integral: -proportional * (-2.0 * in_period).exp_m1() }
