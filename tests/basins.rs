@@ -10,7 +10,7 @@ use signorini::records::{AttractorKind, Basins, Fate, Starts, StateAxis};
 use signorini::scenario::Scene;
 use signorini::store::read_basins;
 
-use crate::common::{elastic_stop, json, refused, with_unit_matrix as written};
+use crate::common::{elastic_stop, json, refused, small_steps, with_unit_matrix as written};
 
 const WIDE: [f64; 2] = [0.8, 1.6];
 
@@ -24,26 +24,14 @@ fn basins(folder: &TempDir, text: &str, more: &[&str]) -> (Basins, Value) {
 }
 
 /// The motion from a state by Runge–Kutta's method with small steps: the states after each period.
-fn marched((load, omega): (f64, f64), start: [f64; 2], periods: u32, steps: u32) -> Vec<[f64; 2]> {
-    let force = |t: f64, [q, v]: [f64; 2]| {
-        [v, load * (omega * t).cos() - 0.1 * v - q - 20.0 * (q - 1.0).max(0.0)]
-    };
-    let h = std::f64::consts::TAU / omega / f64::from(steps);
-    let at = |x: [f64; 2], d: [f64; 2], s: f64| [x[0] + s * d[0], x[1] + s * d[1]];
-    let mut x = start;
+fn marched(load: (f64, f64), start: [f64; 2], periods: u32, steps: u32) -> Vec<[f64; 2]> {
     let mut all = vec![];
-    for k in 0..periods * steps {
-        let t = f64::from(k) * h;
-        let a = force(t, x);
-        let b = force(t + 0.5 * h, at(x, a, 0.5 * h));
-        let c = force(t + 0.5 * h, at(x, b, 0.5 * h));
-        let d = force(t + h, at(x, c, h));
-        let sum = [0, 1].map(|i| a[i] + 2.0 * (b[i] + c[i]) + d[i]);
-        x = at(x, sum, h / 6.0);
-        if (k + 1) % steps == 0 {
+    let last = small_steps((0.1, 20.0), load, start, (periods, steps), |k, _, x| {
+        if k > 0 && k.is_multiple_of(steps) {
             all.push(x);
         }
-    }
+    });
+    all.push(last);
     all
 }
 

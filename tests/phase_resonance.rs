@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use signorini::records::{PhaseResonance, ResonanceRow};
 use signorini::store::read_resonance;
 
-use crate::common::{elastic_stop, json, refused, with_unit_matrix as written};
+use crate::common::{elastic_stop, json, refused, small_steps, with_unit_matrix as written};
 
 /// Stiffness of the stop; its gap is 1.
 const STOP: f64 = 20.0;
@@ -32,31 +32,27 @@ fn tested(
 
 /// By Runge–Kutta's method with small steps, from `q = 0` with a velocity: first harmonic `û/F` of the displacement in the last of so many periods, and its largest magnitude.
 fn marched(
-    (damping, load, omega): (f64, f64, f64),
+    damping: f64,
+    (load, omega): (f64, f64),
     velocity: f64,
-    periods: usize,
+    periods: u32,
 ) -> ([f64; 2], f64) {
     let steps = 4000;
-    let force = |t: f64, [q, v]: [f64; 2]| {
-        [v, load * (omega * t).cos() - damping * v - q - STOP * (q - 1.0).max(0.0)]
-    };
-    let h = TAU / omega / f64::from(steps);
-    let at = |x: [f64; 2], d: [f64; 2], s: f64| [x[0] + s * d[0], x[1] + s * d[1]];
-    let (mut x, mut first, mut most) = ([0.0, velocity], [0.0; 2], 0.0f64);
-    for _ in 0..periods {
-        (first, most) = ([0.0; 2], 0.0);
-        for k in 0..steps {
-            let t = f64::from(k) * h;
-            let (sin, cos) = (omega * t).sin_cos();
-            first = [first[0] + x[0] * cos, first[1] - x[0] * sin];
-            most = most.max(x[0].abs());
-            let a = force(t, x);
-            let b = force(t + 0.5 * h, at(x, a, 0.5 * h));
-            let c = force(t + 0.5 * h, at(x, b, 0.5 * h));
-            let d = force(t + h, at(x, c, h));
-            x = at(x, [0, 1].map(|i| a[i] + 2.0 * (b[i] + c[i]) + d[i]), h / 6.0);
-        }
-    }
+    let (mut first, mut most) = ([0.0; 2], 0.0f64);
+    let of_last = (periods - 1) * steps;
+    small_steps(
+        (damping, STOP),
+        (load, omega),
+        [0.0, velocity],
+        (periods, steps),
+        |k, t, [q, _]| {
+            if k >= of_last {
+                let (sin, cos) = (omega * t).sin_cos();
+                first = [first[0] + q * cos, first[1] - q * sin];
+                most = most.max(q.abs());
+            }
+        },
+    );
     (first.map(|f| 2.0 * f / f64::from(steps) / load), most)
 }
 
@@ -85,7 +81,7 @@ fn the_lag_is_a_quarter_turn_by_a_slow_integrator() {
         let omega = row.omega.mean;
         // a quarter of a period behind F cos ωt: about A sin ωt
         let velocity = omega * row.amplitude.mean;
-        let ([re, im], amplitude) = marched((0.3, row.value, omega), velocity, 80);
+        let ([re, im], amplitude) = marched(0.3, (row.value, omega), velocity, 80);
         assert!(re.abs() < 2e-6 * im.abs(), "{} at {omega}: {re} + {im}i", row.value);
         assert!((row.amplitude.mean / amplitude - 1.0).abs() < 1e-6, "{}", row.amplitude.mean);
         // W = −π Im(f̂ û), û = F (re + i im)

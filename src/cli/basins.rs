@@ -12,13 +12,13 @@ use signorini::problem::{Problem, mode_shapes};
 use signorini::records::{Basins, Fate, Share, Starts, StateAxis, Status, fingerprint};
 use signorini::report::summary::significant;
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{StoredBasins, read_basins, write_basins};
+use signorini::store::{Head, StoredBasins, read_basins, write_basins};
 
 use super::family::{self, Output};
 use super::progress::Bar;
 use super::ratios::one_ratio;
 use super::task::{Files, Task, Work, check_same};
-use super::whole::{Kept, Whole, inspected, said};
+use super::whole::{Kept, Whole, begun, inspected, of_scene, said};
 use super::{Answer, CliError, Global, load};
 
 /// How often it is shown how far the command is.
@@ -167,12 +167,9 @@ impl Task for Arguments {
             attractors: vec![],
         };
         let fingerprint = fingerprint(scene, &problem);
-        let earlier = match self.resume && work.path.exists() {
-            true => Some(earlier(&work.path, (scene, fingerprint), &asked)?),
-            false => None,
-        };
-        let is_whole = earlier.as_ref().is_some_and(|e| e.head.status == Status::Complete);
-        let basins = earlier.map_or(asked, |e| e.basins);
+        let of = (scene, fingerprint);
+        let (basins, is_whole) =
+            begun((work, self.resume), asked, |asked| earlier(&work.path, of, asked))?;
         Ok(Request {
             fingerprint,
             plane: Plane { around, axes: basins.axes.clone(), shapes },
@@ -226,22 +223,17 @@ impl Task for Arguments {
 }
 
 /// What an earlier run of the same command left.
-fn earlier(
-    path: &Path,
-    (scene, fingerprint): (&Scene, u64),
-    asked: &Basins,
-) -> Result<StoredBasins, CliError> {
+fn earlier(path: &Path, of: (&Scene, u64), asked: &Basins) -> Result<(Head, Basins), CliError> {
     let stored = read_basins(path)?;
     let b = &stored.basins;
-    let same = [
-        ("another scene", stored.head.scene == scene.source.text),
-        ("another problem: a file that the scene names has changed", stored.problem == fingerprint),
+    let of_scene = of_scene((&stored.head, stored.problem), of);
+    let own = [
         ("another --omega", b.omega == asked.omega),
         ("another --plane", b.axes == asked.axes),
         ("other states (--size, --samples, --seed)", b.starts == asked.starts),
     ];
-    check_same(path, &same)?;
-    Ok(stored)
+    check_same(path, &[&of_scene[..], &own].concat())?;
+    Ok((stored.head, stored.basins))
 }
 
 /// What a file of basins holds.

@@ -11,14 +11,14 @@ use signorini::problem::Problem;
 use signorini::records::{Diagram, DiagramRow, Status, fingerprint};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
-use signorini::store::{StoredDiagram, read_diagram, write_diagram};
+use signorini::store::{Head, StoredDiagram, read_diagram, write_diagram};
 
 use super::curve::over;
 use super::family::{self, Output};
 use super::progress::Bar;
 use super::ratios::changed_ratio;
 use super::task::{Files, Task, Work, check_same};
-use super::whole::{Kept, Whole, inspected, said};
+use super::whole::{Kept, Whole, begun, inspected, of_scene, said};
 use super::{Answer, CliError, Global, load};
 
 /// Most steps of a walk.
@@ -126,12 +126,9 @@ impl Task for Arguments {
             rows: vec![],
         };
         let fingerprint = fingerprint(scene, &problem);
-        let earlier = match self.resume && work.path.exists() {
-            true => Some(earlier(&work.path, (scene, fingerprint), &asked, self.way)?),
-            false => None,
-        };
-        let is_whole = earlier.as_ref().is_some_and(|e| e.head.status == Status::Complete);
-        let diagram = earlier.map_or(asked, |e| e.diagram);
+        let of = (scene, fingerprint);
+        let (diagram, is_whole) =
+            begun((work, self.resume), asked, |asked| earlier(&work.path, of, asked, self.way))?;
         Ok(Request { problem, fingerprint, diagram, is_whole })
     }
 
@@ -173,27 +170,26 @@ impl Task for Arguments {
 /// What an earlier run of the same command left.
 fn earlier(
     path: &Path,
-    (scene, fingerprint): (&Scene, u64),
+    of: (&Scene, u64),
     asked: &Diagram,
     way: Way,
-) -> Result<StoredDiagram, CliError> {
+) -> Result<(Head, Diagram), CliError> {
     let stored = read_diagram(path)?;
     let d = &stored.diagram;
     let is_of_way = |row: &DiagramRow| way.falls().contains(&row.falls);
     let whole = stored.head.status == Status::Complete;
     let same_way = d.rows.iter().all(is_of_way)
         && (!whole || way.falls().iter().all(|f| d.walk(*f).next().is_some()));
-    let same = [
-        ("another scene", stored.head.scene == scene.source.text),
-        ("another problem: a file that the scene names has changed", stored.problem == fingerprint),
+    let of_scene = of_scene((&stored.head, stored.problem), of);
+    let own = [
         ("another --omega", d.omega == asked.omega),
         ("another --over", d.key == asked.key && d.range == asked.range),
         ("another --steps", d.steps == asked.steps),
         ("another --dwell", d.dwell == asked.dwell),
         ("another --way", same_way),
     ];
-    check_same(path, &same)?;
-    Ok(stored)
+    check_same(path, &[&of_scene[..], &own].concat())?;
+    Ok((stored.head, stored.diagram))
 }
 
 /// What a file of a diagram holds.

@@ -12,14 +12,14 @@ use signorini::problem::{Problem, mode_shapes};
 use signorini::records::{PhaseResonance, ResonanceRow, Status, Test, fingerprint};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
-use signorini::store::{StoredResonance, read_resonance, write_resonance};
+use signorini::store::{Head, StoredResonance, read_resonance, write_resonance};
 
 use super::curve::over;
 use super::family::{self, Output};
 use super::progress::Bar;
 use super::ratios::changed_ratio;
 use super::task::{Files, Task, Work, check_same};
-use super::whole::{Kept, Whole, inspected, said};
+use super::whole::{Kept, Whole, begun, inspected, of_scene, said};
 use super::{Answer, CliError, Global, load};
 
 /// Most steps, and most periods that are averaged over.
@@ -151,19 +151,15 @@ impl Task for Arguments {
             }
         };
         let gains = match self.gains[..] {
-            [proportional, integral] => [proportional, integral],
-            _ => {
-                let body = family::propagator(problem.system.clone())?;
-                let Gains { proportional, integral } = Gains::of(&body, omega);
-                [proportional, integral]
-            }
+            [proportional, integral] => Gains { proportional, integral },
+            _ => Gains::of(&family::propagator(problem.system.clone())?, omega),
         };
         let test = Test {
             key,
             range: [range.0, range.1],
             steps: self.steps,
             omega,
-            gains,
+            gains: [gains.proportional, gains.integral],
             tolerance: self.tolerance,
             noise: self.noise,
             average: self.average.unwrap_or(match self.noise > 0.0 {
@@ -173,12 +169,10 @@ impl Task for Arguments {
             seed: self.seed,
         };
         let fingerprint = fingerprint(scene, &problem);
-        let earlier = match self.resume && work.path.exists() {
-            true => Some(earlier(&work.path, (scene, fingerprint), &test)?),
-            false => None,
-        };
-        let is_whole = earlier.as_ref().is_some_and(|e| e.head.status == Status::Complete);
-        let found = earlier.map_or(PhaseResonance { test, rows: vec![] }, |e| e.found);
+        let asked = PhaseResonance { test, rows: vec![] };
+        let of = (scene, fingerprint);
+        let (found, is_whole) =
+            begun((work, self.resume), asked, |asked| earlier(&work.path, of, asked))?;
         Ok(Request { problem, fingerprint, found, is_whole })
     }
 
@@ -219,14 +213,13 @@ impl Task for Arguments {
 /// What an earlier run of the same command left.
 fn earlier(
     path: &Path,
-    (scene, fingerprint): (&Scene, u64),
-    asked: &Test,
-) -> Result<StoredResonance, CliError> {
+    of: (&Scene, u64),
+    PhaseResonance { test: asked, .. }: &PhaseResonance,
+) -> Result<(Head, PhaseResonance), CliError> {
     let stored = read_resonance(path)?;
     let test = &stored.found.test;
-    let same = [
-        ("another scene", stored.head.scene == scene.source.text),
-        ("another problem: a file that the scene names has changed", stored.problem == fingerprint),
+    let of_scene = of_scene((&stored.head, stored.problem), of);
+    let own = [
         ("another --over", test.key == asked.key && test.range == asked.range),
         ("another --steps", test.steps == asked.steps),
         ("another --omega", test.omega == asked.omega),
@@ -235,8 +228,8 @@ fn earlier(
         ("another --average", test.average == asked.average),
         ("another --noise or --seed", (test.noise, test.seed) == (asked.noise, asked.seed)),
     ];
-    check_same(path, &same)?;
-    Ok(stored)
+    check_same(path, &[&of_scene[..], &own].concat())?;
+    Ok((stored.head, stored.found))
 }
 
 /// What a file of a test holds.
@@ -268,10 +261,9 @@ impl Whole for PhaseResonance {
             "damping": of(&|row| json!(row.damping())),
             "note": of(&|row| json!(row.note)),
         });
-        let names = ResonanceRow::lost(0.0, 0, String::new()).readings().map(|(name, _)| name);
-        for (k, name) in names.into_iter().enumerate() {
-            json[name] = of(&|row| json!(row.readings()[k].1.mean)).into();
-            json[format!("{name}_error")] = of(&|row| json!(row.readings()[k].1.error)).into();
+        for (k, name) in ResonanceRow::READINGS.into_iter().enumerate() {
+            json[name] = of(&|row| json!(row.readings()[k].mean)).into();
+            json[format!("{name}_error")] = of(&|row| json!(row.readings()[k].error)).into();
         }
         json
     }

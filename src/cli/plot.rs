@@ -142,10 +142,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         let path = view::write(
             global,
             &arguments.files,
-            stem.map(|s| match s.extension() {
-                Some(ending) if ending == "html" => s.to_owned(),
-                _ => beside(s, ".html"),
-            }),
+            stem.map(|s| beside(&without_ending(s.to_owned(), &["html"]), ".html")),
         )?;
         let name = path.display().to_string();
         return Ok(global.answer(|| json!({"written": [name]}), || format!("{name}\n")));

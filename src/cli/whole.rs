@@ -7,6 +7,7 @@ use serde_json::Value;
 use signorini::continuation::Go;
 use signorini::families::FamilyError;
 use signorini::records::Status;
+use signorini::scenario::Scene;
 use signorini::store::{Head, StoreError};
 
 use super::task::Work;
@@ -63,6 +64,30 @@ pub(super) fn inspected(global: &Global, scene: bool, head: Head, found: &impl W
             format!("  {:<14}{title}\n  {:<14}{status}\n{text}", "title", "status")
         },
     )
+}
+
+/// What a command begins with: what is asked for, or what an earlier run of it left, which is read, and checked, where this one goes on with it. And whether nothing is left to do.
+pub(super) fn begun<T>(
+    (work, resume): (&Work, bool),
+    asked: T,
+    earlier: impl FnOnce(&T) -> Result<(Head, T), CliError>,
+) -> Result<(T, bool), CliError> {
+    if !(resume && work.path.exists()) {
+        return Ok((asked, false));
+    }
+    let (head, found) = earlier(&asked)?;
+    Ok((found, head.status == Status::Complete))
+}
+
+/// Whether a file is of a scene and of what that depends on, for [`super::task::check_same`].
+pub(super) fn of_scene(
+    (head, problem): (&Head, u64),
+    (scene, fingerprint): (&Scene, u64),
+) -> [(&'static str, bool); 2] {
+    [
+        ("another scene", head.scene == scene.source.text),
+        ("another problem: a file that the scene names has changed", problem == fingerprint),
+    ]
 }
 
 /// How often what is found is written down.

@@ -9,9 +9,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
+use rand_chacha::rand_core::SeedableRng;
 
-use super::FamilyError;
+use super::{FamilyError, uniform};
 use crate::contact::{State, System};
 use crate::continuation::Go;
 use crate::orbit::attractor::Attractor;
@@ -95,8 +95,7 @@ pub fn coordinates(axes: &[StateAxis], starts: Starts) -> Vec<Vec<f64>> {
         }
         Starts::Drawn { count, seed } => {
             let mut generator = ChaCha8Rng::seed_from_u64(seed);
-            // 53 bits
-            let mut share = || (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+            let mut share = || uniform(&mut generator);
             let mut coordinate = |axis: &StateAxis| match axis.is_fixed() {
                 true => axis.range.0,
                 false => along(axis, share()),

@@ -39,6 +39,7 @@ pub(crate) use open::{Asked, Opened};
 
 use std::path::PathBuf;
 
+use rand_chacha::rand_core::RngCore;
 use thiserror::Error;
 
 use crate::contact::{State, System};
@@ -111,6 +112,11 @@ fn state_of(system: &System, orbit: &OrbitRecord) -> State {
     let n_o = system.body.nodal_dofs().n_o;
     let of = |x: &[f64]| system.body.coordinates(&x[..n_o]).into_owned();
     State { u: of(&orbit.u0), v: of(&orbit.v0) }
+}
+
+/// The next number from 0 to 1 of a generator, of 53 bits.
+fn uniform(generator: &mut impl RngCore) -> f64 {
+    (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// Numbers of so many things, as one.

@@ -4,11 +4,11 @@
 use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
+use rand_chacha::rand_core::SeedableRng;
 
-use super::FamilyError;
 use super::parameters::systems;
 use super::start::given;
+use super::{FamilyError, uniform};
 use crate::continuation::Go;
 use crate::orbit::phase_lag::{self, Gains, Period, Steering};
 use crate::orbit::values::Bodies;
@@ -84,20 +84,16 @@ impl Noise {
         if self.size == 0.0 {
             return 0.0;
         }
-        let mut uniform = || ((self.generator.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
-        let (r, turn) = (uniform(), uniform());
+        // in the middle of their cells: none is zero
+        let mut middle = || uniform(&mut self.generator) + 0.5 / (1u64 << 53) as f64;
+        let (r, turn) = (middle(), middle());
         self.size * (-2.0 * r.ln()).sqrt() * (TAU * turn).cos()
     }
 }
 
 /// Periods in which what is left of a transient shows: several times as many as the body takes to settle, as the gains of its loop tell it.
-pub fn window(gains: [f64; 2]) -> usize {
-    WINDOW.max((LONG / decay(gains)).ceil() as usize).min(MOST / 4)
-}
-
-/// `ε`: by how much a body decays in a period, as the gains of its loop tell it.
-fn decay([proportional, integral]: [f64; 2]) -> f64 {
-    -0.5 * (-(integral / proportional).min(0.99)).ln_1p()
+pub fn window(gains: Gains) -> usize {
+    WINDOW.max((LONG / gains.decay()).ceil() as usize).min(MOST / 4)
 }
 
 /// What is known of the periods of a loop so far.
@@ -124,15 +120,15 @@ struct Rest {
 }
 
 impl Rest {
-    fn new(test: &Test) -> Rest {
-        let [proportional, integral] = test.gains;
+    fn new(test: &Test, gains: Gains) -> Rest {
+        let Gains { proportional, integral } = gains;
         if test.noise == 0.0 {
             let moves = proportional.max(integral) * test.tolerance;
             // what is left of a transient falls by this share of itself in a period
-            let grows = SIZE * test.tolerance * decay(test.gains);
+            let grows = SIZE * test.tolerance * gains.decay();
             return Rest { window: HOLD, near: test.tolerance, moves, grows, is_off: false };
         }
-        let window = window(test.gains);
+        let window = window(gains);
         let near = test.tolerance.max(DEVIATIONS * test.noise / (window as f64).sqrt());
         Rest { window, near, moves: 2.0 * near * proportional, grows: 2.0 * near, is_off: true }
     }
@@ -172,7 +168,7 @@ fn lock(
 ) -> Result<Option<ResonanceRow>, FamilyError> {
     let [proportional, integral] = test.gains;
     let gains = Gains { proportional, integral };
-    let rest = Rest::new(test);
+    let rest = Rest::new(test, gains);
     let mut wait = None;
     let mut steering = Steering::new(omega, gains);
     let mut z = first.to_vec();

@@ -63,11 +63,10 @@ pub fn picture(stored: &StoredResonance) -> Result<Sheet<'static>, FigureError> 
 
 /// A row a value.
 pub fn csv(stored: &StoredResonance) -> String {
-    let names = ResonanceRow::lost(0.0, 0, String::new()).readings();
-    let names: Vec<String> = names.iter().map(|(n, _)| format!("{n},{n}_error")).collect();
+    let names = ResonanceRow::READINGS.map(|n| format!("{n},{n}_error"));
     let mut out = format!("value,locked,periods,{},energy,damping,note\n", names.join(","));
     for row in &stored.found.rows {
-        let readings = row.readings().map(|(_, r)| [number(r.mean), number(r.error)].join(","));
+        let readings = row.readings().map(|r| [number(r.mean), number(r.error)].join(","));
         let _ = writeln!(
             out,
             "{},{},{},{},{},{},{}",

@@ -63,10 +63,9 @@ pub fn write_resonance(
         numbers("periods", &|row| row.periods as f64)?;
         numbers("energy", &|row| row.energy)?;
         numbers("damping", &ResonanceRow::damping)?;
-        let names = ResonanceRow::lost(0.0, 0, String::new()).readings().map(|(name, _)| name);
-        for (k, name) in names.into_iter().enumerate() {
-            numbers(name, &|row| row.readings()[k].1.mean)?;
-            numbers(&format!("{name}_error"), &|row| row.readings()[k].1.error)?;
+        for (k, name) in ResonanceRow::READINGS.into_iter().enumerate() {
+            numbers(name, &|row| row.readings()[k].mean)?;
+            numbers(&format!("{name}_error"), &|row| row.readings()[k].error)?;
         }
         let notes: Vec<&str> = rows.iter().map(|row| row.note.as_str()).collect();
         words(&g, "note", &notes)?;

@@ -73,6 +73,32 @@ pub fn elastic_stop(
     )
 }
 
+/// The motion of that oscillator (gap 1) from a state, by Runge–Kutta's method with so many small steps a period; told of each step with its time and the state before it. The state at the end.
+pub fn small_steps(
+    (damping, stiffness): (f64, f64),
+    (load, omega): (f64, f64),
+    start: [f64; 2],
+    (periods, steps): (u32, u32),
+    mut each: impl FnMut(u32, f64, [f64; 2]),
+) -> [f64; 2] {
+    let force = |t: f64, [q, v]: [f64; 2]| {
+        [v, load * (omega * t).cos() - damping * v - q - stiffness * (q - 1.0).max(0.0)]
+    };
+    let h = std::f64::consts::TAU / omega / f64::from(steps);
+    let at = |x: [f64; 2], d: [f64; 2], s: f64| [x[0] + s * d[0], x[1] + s * d[1]];
+    let mut x = start;
+    for k in 0..periods * steps {
+        let t = f64::from(k) * h;
+        each(k, t, x);
+        let a = force(t, x);
+        let b = force(t + 0.5 * h, at(x, a, 0.5 * h));
+        let c = force(t + 0.5 * h, at(x, b, 0.5 * h));
+        let d = force(t + h, at(x, c, h));
+        x = at(x, [0, 1].map(|i| a[i] + 2.0 * (b[i] + c[i]) + d[i]), h / 6.0);
+    }
+    x
+}
+
 /// A command is refused as bad input, with words of why.
 pub fn refused(arguments: &[&str], words: &str) {
     let output = run(arguments);

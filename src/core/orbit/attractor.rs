@@ -16,7 +16,7 @@ use super::period_map::integrate_with;
 use super::settle::{Settled, Settling, repeats, settle};
 use super::{OrbitError, tolerate};
 use crate::event::{Observer, Sample};
-use crate::records::{AttractorKind, AttractorRecord, crest, mean_with_error};
+use crate::records::{AttractorKind, AttractorRecord, crest, largest, mean_with_error};
 
 /// Periods over which an exponent is taken: those that are left out at first, blocks, periods of a block.
 const EXPONENT: (usize, usize, usize) = (20, 10, 20);
@@ -213,7 +213,7 @@ impl<'a> Look<'a> {
 
     /// Largest displacement of a contact point in magnitude.
     pub fn amplitude(&self) -> f64 {
-        self.peak.iter().chain(&self.trough).fold(f64::NAN, |most, u| most.max(u.abs()))
+        largest(&self.peak, &self.trough)
     }
 }
 

@@ -206,6 +206,11 @@ impl Gains {
         let proportional = 2.0 * decay / (1.0 + 4.0 * in_period);
         Gains { proportional, integral: -proportional * (-2.0 * in_period).exp_m1() }
     }
+
+    /// `ε` of the body that they are for.
+    pub fn decay(self) -> f64 {
+        -0.5 * (-(self.integral / self.proportional).min(0.99)).ln_1p()
+    }
 }
 
 /// A loop that steers a frequency.

@@ -106,9 +106,13 @@ pub struct AttractorRecord {
 impl AttractorRecord {
     /// Largest displacement of a contact point in magnitude.
     pub fn amplitude(&self) -> f64 {
-        let all = self.peak.iter().chain(&self.trough);
-        all.fold(f64::NAN, |most, u| most.max(u.abs()))
+        largest(&self.peak, &self.trough)
     }
+}
+
+/// The largest magnitude of displacements between peaks and troughs.
+pub(crate) fn largest(peak: &[f64], trough: &[f64]) -> f64 {
+    peak.iter().chain(trough).fold(f64::NAN, |most, u| most.max(u.abs()))
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@ mod sensitivity;
 mod series;
 mod special;
 
+pub(crate) use attractor::largest;
 pub use attractor::{AttractorKind, AttractorRecord};
 pub use basins::{AttractorFound, Basins, Fate, Share, Starts, StateAxis};
 pub use check::{CheckRow, VerdictKind};

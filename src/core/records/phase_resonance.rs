@@ -81,15 +81,12 @@ impl ResonanceRow {
         self.work.mean / (4.0 * PI * self.energy)
     }
 
-    /// Names of readings, and these.
-    pub fn readings(&self) -> [(&'static str, Reading); 5] {
-        [
-            ("omega", self.omega),
-            ("lag", self.lag),
-            ("amplitude", self.amplitude),
-            ("force", self.force),
-            ("work", self.work),
-        ]
+    /// Names of the readings.
+    pub const READINGS: [&str; 5] = ["omega", "lag", "amplitude", "force", "work"];
+
+    /// These, in the order of their names.
+    pub fn readings(&self) -> [Reading; 5] {
+        [self.omega, self.lag, self.amplitude, self.force, self.work]
     }
 }
 
