@@ -5,10 +5,12 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use signorini::records::{PhaseResonance, ResonanceRow};
+use signorini::records::{PhaseResonance, Resonance, ResonanceRow};
 use signorini::store::read_resonance;
 
-use crate::common::{elastic_stop, json, refused, small_steps, with_unit_matrix as written};
+use crate::common::{
+    elastic_stop, hdf5_files, json, refused, small_steps, with_unit_matrix as written,
+};
 
 /// Stiffness of the stop; its gap is 1.
 const STOP: f64 = 20.0;
@@ -234,4 +236,158 @@ fn files_are_shown_and_what_makes_no_sense_is_refused() {
     let other =
         ["phase-resonance", &scene, "--over", over, "-o", &file, "--steps", "4", "--resume"];
     refused(&other, "another");
+}
+
+/// A blow on a stiff stop lasts a five-hundredth of the period: its largest force, by small steps.
+#[test]
+fn the_force_of_a_stiff_stop_is_seen() {
+    let folder = TempDir::new().unwrap();
+    let stop = 6e4;
+    let scene = written(folder.path(), &elastic_stop((0.2, 1.3), stop, 1.0, [0.8, 1.6]));
+    let file = folder.path().join("test.h5");
+    let over = ["--over", "load[0].amplitude=0.2,0.3", "--steps", "1", "--tolerance", "1e-9"];
+    json(&[&["phase-resonance", &scene, "-o", file.to_str().unwrap()][..], &over].concat());
+    for row in read_resonance(&file).unwrap().found.rows {
+        let omega = row.omega.mean;
+        let (steps, periods) = (60_000, 80);
+        let (mut most, mut reached) = (0.0f64, 0.0f64);
+        // from the state of the loop: there is a motion beside that does not touch
+        let start = [row.x[0], row.x[1]];
+        small_steps((0.1, stop), (row.value, omega), start, (periods, steps), |k, _, [q, v]| {
+            if k >= (periods - 1) * steps {
+                most = most.max(stop * (q - 1.0));
+                reached = reached.max(0.5 * v * v);
+            }
+        });
+        assert!((row.force.mean / most - 1.0).abs() < 1e-4, "{} {most}", row.force.mean);
+        assert!((row.kinetic / reached - 1.0).abs() < 1e-4, "{} {reached}", row.kinetic);
+    }
+}
+
+/// A preload holds energy that no vibration has: of a mass that a spring presses against its stop's other side only the motion counts in the damping ratio.
+#[test]
+fn a_preload_is_no_energy_of_the_vibration() {
+    let folder = TempDir::new().unwrap();
+    let text = elastic_stop((0.05, 1.0), STOP, 1.0, [0.8, 1.6]);
+    let pushed = format!("{text}[[load]]\nkind = \"force\"\ndisplacement = 0\namplitude = -3.0\n");
+    let scene = written(folder.path(), &pushed);
+    let file = folder.path().join("test.h5");
+    let over = ["--over", "load[0].amplitude=0.05,0.1", "--steps", "1"];
+    json(&[&["phase-resonance", &scene, "-o", file.to_str().unwrap()][..], &over].concat());
+    for row in read_resonance(&file).unwrap().found.rows {
+        assert!((row.damping() / 0.05 - 1.0).abs() < 1e-4, "{}", row.damping());
+        assert!(row.energy > 4.0 && (row.omega.mean - 1.0).abs() < 1e-6, "{row:?}");
+    }
+}
+
+/// How frequency, amplitude and work change: by small steps at phase resonance, found by bisection; and by Euler's theorem, since with gap and load all lengths grow.
+#[test]
+fn derivatives_at_phase_resonance() {
+    let folder = TempDir::new().unwrap();
+    let keys = "contact.gap,contact.stiffness,damping.rayleigh[0],load[0].amplitude";
+    let more = ["--steps", "1", "--omega", "1.0", "--sensitivity", keys];
+    let (found, said) = tested(&folder, (0.1, "0.1,0.2"), &more);
+    let [grazes, row] = &found.rows[..] else { panic!("{} rows", found.rows.len()) };
+    // F = 0.1 grazes
+    assert!(grazes.is_locked && grazes.by[0].omega.is_nan() && !grazes.note.is_empty());
+    assert_eq!(said["sensitivity"]["contact.gap"]["omega"][0], Value::Null);
+    let [gap, stop, damping, load] = &row.by[..] else { panic!("{:?}", row.by) };
+    let sums = |of: fn(&Resonance) -> f64| 1.0 * of(gap) + row.value * of(load);
+    assert!(sums(|by| by.omega).abs() < 1e-9, "{row:?}");
+    assert!((sums(|by| by.amplitude) / row.amplitude.mean - 1.0).abs() < 1e-9, "{row:?}");
+    assert!((sums(|by| by.work) / row.work.mean - 2.0).abs() < 1e-9, "{row:?}");
+    let point = |damping: f64, stop: f64, load: f64| -> [f64; 3] {
+        let at = |omega: f64| -> (f64, f64, f64) {
+            let (steps, periods) = (4000, 200);
+            let (mut re, mut im, mut most) = (0.0, 0.0, 0.0f64);
+            let start = [0.0, 1.3 * omega];
+            small_steps((damping, stop), (load, omega), start, (periods, steps), |k, t, [q, _]| {
+                if k >= (periods - 1) * steps {
+                    re += q * (omega * t).cos();
+                    im -= q * (omega * t).sin();
+                    most = most.max(-q);
+                }
+            });
+            (re, -PI * load * 2.0 * im / f64::from(steps), most)
+        };
+        let (mut low, mut high) = (row.omega.mean - 0.02, row.omega.mean + 0.02);
+        for _ in 0..22 {
+            let middle = 0.5 * (low + high);
+            // ahead of resonance the displacement follows the load
+            if at(middle).0 > 0.0 { low = middle } else { high = middle }
+        }
+        let omega = 0.5 * (low + high);
+        let (_, work, most) = at(omega);
+        [omega, most, work]
+    };
+    let slope = |up: [f64; 3], down: [f64; 3], width: f64| -> [f64; 3] {
+        std::array::from_fn(|k| (up[k] - down[k]) / width)
+    };
+    let h = 0.02;
+    for (by, differences) in [
+        (damping, slope(point(0.1 + 0.1 * h, STOP, 0.2), point(0.1 - 0.1 * h, STOP, 0.2), 0.2 * h)),
+        (stop, slope(point(0.1, STOP + 20.0 * h, 0.2), point(0.1, STOP - 20.0 * h, 0.2), 40.0 * h)),
+        (load, slope(point(0.1, STOP, 0.2 + 0.2 * h), point(0.1, STOP, 0.2 - 0.2 * h), 0.4 * h)),
+    ] {
+        for (exact, difference) in by.numbers().into_iter().zip(differences) {
+            // what is left out of differences is their square
+            assert!((exact / difference - 1.0).abs() < 4e-3, "{by:?} {differences:?}");
+        }
+    }
+}
+
+/// The same of a bar that touches with the nodal boundary method, under a load in units of its gap: all lengths grow with that alone; and by differences of loops.
+#[test]
+fn derivatives_of_a_bar_at_phase_resonance() {
+    let folder = TempDir::new().unwrap();
+    let tested = |damping: f64, more: &[&str]| -> Vec<ResonanceRow> {
+        let body = "title = \"bar\"\n[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [10]\nyoung = 1.0\ndensity = 1.0\n\
+                    [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 1.0\nmethod = \"mass-redistribution\"\n";
+        let loaded = format!(
+            "[damping]\nrayleigh = [0.0, {damping:?}]\n[[load]]\nkind = \"mode\"\nmode = 1\npeak = 3.0\nomega = 1.6\n"
+        );
+        let path = folder.path().join("bar.toml");
+        std::fs::write(&path, format!("{body}{loaded}")).unwrap();
+        let file = folder.path().join("test.h5");
+        let own =
+            ["phase-resonance", path.to_str().unwrap(), "-o", file.to_str().unwrap(), "--force"];
+        let over = ["--over", "load[0].peak=2.5,3.5", "--steps", "1"];
+        json(&[&own[..], &over, more].concat());
+        read_resonance(&file).unwrap().found.rows
+    };
+    let keys = ["--sensitivity", "damping.rayleigh[1],contact.gap,load[0].peak"];
+    let rows = tested(0.01, &keys);
+    let h = 1e-4;
+    let beside = |s: f64| tested(0.01 * (1.0 + s * h), &["--tolerance", "1e-11"]);
+    let (up, down) = (beside(1.0), beside(-1.0));
+    for (k, row) in rows.iter().enumerate() {
+        let [gap, damping, load] = &row.by[..] else { panic!("{row:?}") };
+        assert!(gap.omega.abs() < 1e-9 * row.omega.mean && load.omega > 0.0, "{row:?}");
+        assert!((gap.amplitude / row.amplitude.mean - 1.0).abs() < 1e-9, "{row:?}");
+        assert!((gap.work / row.work.mean - 2.0).abs() < 1e-9, "{row:?}");
+        let difference = |of: fn(&ResonanceRow) -> f64| (of(&up[k]) - of(&down[k])) / (0.02 * h);
+        for (exact, difference) in [
+            (damping.omega, difference(|row| row.omega.mean)),
+            (damping.work, difference(|row| row.work.mean)),
+        ] {
+            assert!((exact / difference - 1.0).abs() < 1e-3, "{exact} {difference}");
+        }
+    }
+}
+
+#[test]
+fn a_damaged_file_is_not_gone_on_with() {
+    let folder = TempDir::new().unwrap();
+    for (name, value) in [("locked", 7.0), ("omega", -1e300), ("x", f64::NAN)] {
+        tested(&folder, (0.1, "0.1,0.3"), &["--steps", "2"]);
+        let path = folder.path().join("test.h5");
+        {
+            let file = hdf5_files().open_as(&path, hdf5::OpenMode::ReadWrite).unwrap();
+            let data = file.dataset(&format!("phase_resonance/{name}")).unwrap();
+            let mut all = data.read_raw::<f64>().unwrap();
+            all[0] = value;
+            data.write_raw(&all).unwrap();
+        }
+        refused(&["inspect", path.to_str().unwrap()], "damaged");
+    }
 }

@@ -450,6 +450,7 @@ def phase_resonance(
     average: int | None = None,
     seed: int | None = None,
     ratio: float | None = None,
+    sensitivity: str | Iterable[str] | None = None,
     resume: bool = False,
     force: bool = False,
     progress: Progress = None,
@@ -465,11 +466,12 @@ def phase_resonance(
         noise: standard deviation of what each period's readings are off by, relative, and of the lag in radians [default: 0]; seed, that of the noise.
         average: periods that are averaged over at each value [default: with noise 200, or 30 times as many as the body takes to settle; else 1].
         ratio: damping ratio [default: that of the scene].
+        sensitivity: keys of the scene by whose numbers frequency, amplitude and work are differentiated at phase resonance, exactly: ``result.sensitivity[key].omega``.
         output, resume, force, progress: as for ``run``.
     """
     pair = None if gains is None else _list(gains)
     options = {"over": _over(over), "steps": steps, "omega": omega, "gains": pair, "tolerance": tolerance, "noise": noise}
-    options |= {"average": average, "seed": seed, "ratio": ratio, "resume": resume, "force": force}
+    options |= {"average": average, "seed": seed, "ratio": ratio, "sensitivity": sensitivity or None, "resume": resume, "force": force}
     return _result(*_to_file("phase-resonance", scene, output, options, progress))
 
 

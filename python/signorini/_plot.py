@@ -97,7 +97,7 @@ def _phase_resonance(figure: type[Figure], test: PhaseResonance) -> Figure:
     heights.errorbar(test.omega[at], test.amplitude[at], yerr=2 * test.amplitude_error[at], **bars)
     losses.errorbar(test.omega[at], test.damping[at], yerr=2 * (test.damping * test.work_error / test.work)[at], **bars)
     _clean(heights, "", "largest contact displacement")
-    _clean(losses, "frequency", "damping ratio W/(4πE)")
+    _clean(losses, "frequency", "damping ratio W/(4πK)")
     heights.set_title(f"{test.title}: phase resonance over {test.key}", loc="left")
     return shown
 

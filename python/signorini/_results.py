@@ -902,7 +902,8 @@ class PhaseResonance(Result):
         key: key of the number in the scene; ``range``, its range; ``gains``, those of the loop; ``noise``, what readings are off by.
         value, locked (1: the loop came to rest), periods (until it did), note [n].
         omega, lag, amplitude, force, work [n], and their standard errors omega_error, lag_error, amplitude_error, force_error, work_error.
-        energy, damping (W/(4πE)) [n].
+        energy, kinetic (the largest ones), damping (W/(4πK) with K the largest kinetic energy) [n].
+        sensitivity: by key of the scene ``omega``, ``amplitude`` and ``work`` [n]: derivatives at phase resonance.
     """
 
     key: str
@@ -922,12 +923,19 @@ class PhaseResonance(Result):
     work: np.ndarray
     work_error: np.ndarray
     energy: np.ndarray
+    kinetic: np.ndarray
     damping: np.ndarray
     note: np.ndarray
     wall_s: float
 
     def _groups(self) -> list[str]:
         return ["phase_resonance"]
+
+    @property
+    def sensitivity(self) -> dict[str, Group]:
+        """``phase_resonance(..., sensitivity=[...])``: by key of the scene the derivatives by it of ``omega``, ``amplitude`` and ``work`` [n], the frequency following the phase."""
+        group = self["phase_resonance"]["sensitivity"]
+        return {key: group[key] for key in group.keys()}
 
     @property
     def noise(self) -> float:

@@ -220,8 +220,13 @@ def test_a_test_of_phase_resonance_is_that_of_the_command(command, tmp_path):
     for p in [sg.phase_resonance("scenarios/driven-stop.toml", over, steps=3, noise=0.01), sg.open(tmp_path / "p.h5")]:
         assert p.key == "load[0].amplitude" and p.noise == 0.01 and len(p) == 4 and p.locked.all()
         assert p.omega.tolist() == said["omega"] and p.omega_error.tolist() == said["omega_error"] and (p.work > 0).all()
-        assert abs(p.lag - np.pi / 2).max() < 0.01
+        assert abs(p.lag - np.pi / 2).max() < 0.01 and p.sensitivity == {}
     assert p.plot() is not None
+    exact = sg.phase_resonance("scenarios/driven-stop.toml", over, steps=3, sensitivity=["contact.gap", "load[0].amplitude"])
+    gap, load = (exact.sensitivity[key] for key in ["contact.gap", "load[0].amplitude"])
+    # with gap and load all lengths grow
+    assert 0.02 * gap.omega + exact.value * load.omega == pytest.approx(np.zeros(4), abs=1e-9)
+    assert 0.02 * gap.amplitude + exact.value * load.amplitude == pytest.approx(exact.amplitude, rel=1e-9)
 
 
 def test_exponents_of_a_run():

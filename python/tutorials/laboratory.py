@@ -34,49 +34,40 @@ for k in range(0, len(rig), 3):
     print(f"force {rig.value[k]:.3f}: frequency {rig.omega[k]:.5f} ± {rig.omega_error[k]:.5f}, amplitude {rig.amplitude[k]:.4f} ± {rig.amplitude_error[k]:.4f}")
 
 # %% [markdown]
-# Errors are those of means over some hundred periods, from the scatter of blocks of them. The model is tested in the same way, but read exactly. What is compared are
-# frequency, amplitude and work at each level, each over its error.
-
+# Errors are those of means over some hundred periods, from the scatter of blocks of them. The model is tested in the same way, but read exactly, with the derivatives of
+# what is read by its parameters, the frequency following the phase. What is compared are frequency, amplitude and work at each level, each over its error.
 
 # %%
-def readings(test):
-    return np.concatenate([test.omega, test.amplitude, test.work])
+KEYS = ["contact.gap", "damping.ratio", "contact.stiffness"]
+
+
+def readings(of):
+    return np.concatenate([of.omega, of.amplitude, of.work])
 
 
 errors = np.concatenate([rig.omega_error, rig.amplitude_error, rig.work_error])
 
 
 def model(parameters):
-    return readings(sg.phase_resonance(body(*parameters), LEVELS, steps=9, tolerance=1e-8))
-
-
-def misfit(parameters):
-    return (readings(rig) - model(parameters)) / errors
+    test = sg.phase_resonance(body(*parameters), LEVELS, steps=9, sensitivity=KEYS)
+    slopes = [value * readings(test.sensitivity[key]) / errors for key, value in zip(KEYS, parameters)]
+    return (readings(rig) - readings(test)) / errors, np.array(slopes).T
 
 
 first = [1.0, 0.05, 20.0]
-print(f"root mean square of misfits, in standard errors: {np.sqrt(np.mean(misfit(first) ** 2)):.1f}")
+print(f"root mean square of misfits, in standard errors: {np.sqrt(np.mean(model(first)[0] ** 2)):.1f}")
 
 # %% [markdown]
 # Gap and damping ratio are fitted by least squares (Gauss and Newton); the stiffness of the stop is believed.
 
 
 # %%
-def slopes(parameters, free):
-    # per cent for per cent: what a parameter does is seen by one a little larger
-    columns, here = [], model(parameters)
-    for k in free:
-        beside = list(parameters)
-        beside[k] *= 1.001
-        columns.append((model(beside) - here) / errors / 0.001)
-    return np.array(columns).T
-
-
 def fit(parameters, free):
     parameters = list(parameters)
     for _ in range(4):
-        columns = slopes(parameters, free)
-        steps = np.linalg.lstsq(columns, misfit(parameters), rcond=None)[0]
+        misfit, slopes = model(parameters)
+        columns = slopes[:, free]
+        steps = np.linalg.lstsq(columns, misfit, rcond=None)[0]
         for k, step in zip(free, steps):
             parameters[k] *= 1 + step
     spread = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)))
@@ -87,7 +78,7 @@ def tell(parameters, spread, free):
     names = ["gap", "damping ratio", "stop"]
     for k, s in zip(free, spread):
         print(f"{names[k]:<14}{parameters[k]:.5g} ± {100 * s:.2f} %")
-    rest = misfit(parameters)
+    rest = model(parameters)[0]
     print(f"{'left':<14}{np.sqrt(np.sum(rest**2) / (len(rest) - len(free))):.2f} standard errors")
 
 
@@ -103,15 +94,15 @@ three = fit(two[0], [0, 1, 2])
 tell(*three, [0, 1, 2])
 
 # %% [markdown]
-# The rig had a gap of 1.04, a damping ratio of 0.042, and a stop of stiffness 26. How strongly each shows, to first order, an orbit says by itself: of the largest
-# displacement and the largest pressure, in per cent for one per cent of the number, at a load of 0.2 and a frequency of 1.05:
+# The rig had a gap of 1.04, a damping ratio of 0.042, and a stop of stiffness 26. How strongly each shows at the highest level, in per cent of frequency, amplitude and
+# work for one per cent of the number:
 
 # %%
-gap, ratio, stop = three[0]
-last = body(gap, ratio, stop)
-o = sg.orbit(last, 1.05, sensitivity=["contact.gap", "damping.ratio", "contact.stiffness"])
-for key, s in o.sensitivity.items():
-    print(f"{key:<20}{s.amplitude / o.peaks['amplitude']['value'] * s.value:8.3f}{s.pressure / o.peaks['pressure']['value'] * s.value:8.3f}")
+last = body(*three[0])
+test = sg.phase_resonance(last, LEVELS, steps=9, sensitivity=KEYS)
+for key, value in zip(KEYS, three[0]):
+    by = test.sensitivity[key]
+    print(f"{key:<20}" + "".join(f"{value * getattr(by, name)[-1] / getattr(test, name)[-1]:8.3f}" for name in ["omega", "amplitude", "work"]))
 
 # %% [markdown]
 # The points of the rig beside the curve of the model that was fitted:

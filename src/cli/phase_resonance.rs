@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use signorini::families::{parameters, phase_resonance};
 use signorini::orbit::phase_lag::Gains;
 use signorini::problem::{Problem, mode_shapes};
-use signorini::records::{PhaseResonance, ResonanceRow, Status, Test, fingerprint};
+use signorini::records::{PhaseResonance, Resonance, ResonanceRow, Status, Test, fingerprint};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{Head, StoredResonance, read_resonance, write_resonance};
@@ -30,7 +30,7 @@ const AVERAGE: (usize, usize) = (200, 10);
 /// Arguments of `phase-resonance`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini phase-resonance scenarios/half-plate-response.toml --ratio 0.01 --over load[0].peak=0.5,3 -o test.h5\n  signorini phase-resonance scenarios/half-plate-response.toml --ratio 0.01 --over load[0].peak=0.5,3 --noise 0.01 --seed 7 -o measured.h5\n  signorini plot test.h5\n\nAt each value the frequency of the loads is steered, once a period, to where the displacement that they work on lags a quarter of a period behind: e = lag error, s += KI e, omega = s + KP e. Damping ratio: W/(4 pi E), W the work of the loads in a period, E the largest energy."
+    after_help = "Example:\n  signorini phase-resonance scenarios/half-plate-response.toml --ratio 0.01 --over load[0].peak=0.5,3 -o test.h5\n  signorini phase-resonance scenarios/half-plate-response.toml --ratio 0.01 --over load[0].peak=0.5,3 --noise 0.01 --seed 7 -o measured.h5\n  signorini plot test.h5\n\nAt each value the frequency of the loads is steered, once a period, to where the displacement that they work on lags a quarter of a period behind: e = lag error, s += KI e, omega = s + KP e. Damping ratio: W/(4 pi K), W the work of the loads in a period, K the largest kinetic energy.\n\nWith --sensitivity the point at which the loop rests is made exact by Newton's method on orbits, and differentiated at phase resonance."
 )]
 pub struct Arguments {
     /// The scene (TOML): damping and harmonic loads of one frequency
@@ -68,6 +68,9 @@ pub struct Arguments {
     /// Damping ratio [default: that of [orbit] where it has one, or the scene's own damping]
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     ratio: Option<f64>,
+    /// How frequency, amplitude and work at phase resonance change with numbers of the scene, by their keys, exactly: contact.gap,damping.ratio,load[0].amplitude
+    #[arg(long, value_name = "KEY", value_delimiter = ',', conflicts_with = "noise", value_parser = family::key)]
+    sensitivity: Vec<String>,
     /// Go on with an unfinished file
     #[arg(long)]
     resume: bool,
@@ -141,6 +144,13 @@ impl Task for Arguments {
         )?;
         let ends = parameters::at_ends(scene, &key, range)?;
         family::check_settle_at(scene, &key, range, &ends)?;
+        let mut by = self.sensitivity.clone();
+        by.sort();
+        by.dedup();
+        if !by.is_empty() {
+            let [low, _] = &ends;
+            parameters::beside_frequency(&scene.with_number(&key, range.0)?, low, &by)?;
+        }
         let omega = match self.omega {
             Some(omega) => omega,
             None => {
@@ -167,6 +177,7 @@ impl Task for Arguments {
                 false => 1,
             }),
             seed: self.seed,
+            by,
         };
         let fingerprint = fingerprint(scene, &problem);
         let asked = PhaseResonance { test, rows: vec![] };
@@ -227,6 +238,7 @@ fn earlier(
         ("another --tolerance", test.tolerance == asked.tolerance),
         ("another --average", test.average == asked.average),
         ("another --noise or --seed", (test.noise, test.seed) == (asked.noise, asked.seed)),
+        ("another --sensitivity", test.by == asked.by),
     ];
     check_same(path, &[&of_scene[..], &own].concat())?;
     Ok((stored.head, stored.found))
@@ -240,7 +252,8 @@ pub(super) fn inspect(file: &Path, scene: bool, global: &Global) -> Result<Answe
 
 impl Whole for PhaseResonance {
     fn to_json(&self) -> Value {
-        let Test { key, range, steps, omega, gains, tolerance, noise, average, seed } = &self.test;
+        let Test { key, range, steps, omega, gains, tolerance, noise, average, seed, by } =
+            &self.test;
         let of = |f: &dyn Fn(&ResonanceRow) -> Value| -> Vec<Value> {
             self.rows.iter().map(f).collect()
         };
@@ -258,12 +271,25 @@ impl Whole for PhaseResonance {
             "locked": of(&|row| json!(row.is_locked)),
             "periods": of(&|row| json!(row.periods)),
             "energy": of(&|row| json!(row.energy)),
+            "kinetic": of(&|row| json!(row.kinetic)),
             "damping": of(&|row| json!(row.damping())),
             "note": of(&|row| json!(row.note)),
         });
         for (k, name) in ResonanceRow::READINGS.into_iter().enumerate() {
             json[name] = of(&|row| json!(row.readings()[k].mean)).into();
             json[format!("{name}_error")] = of(&|row| json!(row.readings()[k].error)).into();
+        }
+        if !by.is_empty() {
+            let of_key = |(k, key): (usize, &String)| {
+                let mut all = Map::new();
+                for (number, name) in Resonance::NAMES.into_iter().enumerate() {
+                    let at =
+                        |row: &ResonanceRow| json!(row.by.get(k).map(|by| by.numbers()[number]));
+                    all.insert(name.into(), of(&at).into());
+                }
+                (key.clone(), Value::Object(all))
+            };
+            json["sensitivity"] = Value::Object(by.iter().enumerate().map(of_key).collect());
         }
         json
     }
@@ -318,6 +344,18 @@ impl Whole for PhaseResonance {
             };
             row("first", first);
             row("last", last);
+            if !test.by.is_empty() {
+                let head = Resonance::NAMES.map(|name| format!("{name:>15}")).concat();
+                let _ = writeln!(out, "  {:<14}derivatives at the last{head}", "sensitivity");
+            }
+            for (key, by) in test.by.iter().zip(&last.by) {
+                let cells = by.numbers().map(|x| format!("{:>15}", significant(x, 7))).concat();
+                let _ = writeln!(out, "  {:<14}{key:<23}{cells}", "");
+            }
+        }
+        for row in locked.iter().filter(|row| !row.note.is_empty()) {
+            let value = significant(row.value, 6);
+            let _ = writeln!(out, "  {:<14}{} = {value}: {}", "note", test.key, row.note);
         }
         for row in self.rows.iter().filter(|row| !row.is_locked) {
             let value = significant(row.value, 6);

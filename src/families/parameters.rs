@@ -2,7 +2,7 @@
 
 use crate::contact::System;
 use crate::orbit::parameter::{Kind, Neighbour, Parameter, STEP, Stencil};
-use crate::orbit::{Closure, Orbit, OrbitError};
+use crate::orbit::{Closure, OrbitError};
 use crate::problem::{Problem, ProblemError};
 use crate::scenario::{Change, Issue, Scene, SceneError};
 
@@ -16,19 +16,19 @@ fn refused(scene: &Scene, key: &str, message: &str, help: &str) -> ProblemError 
     scene.error(Issue::new(key, message, help)).into()
 }
 
-/// The parameter of a key of a scene whose body is `system`, for an orbit.
+/// The parameter of a key of a scene whose body is `system`, for an orbit of a closure and a circular frequency.
 pub fn parameter(
     scene: &Scene,
     system: &System,
-    orbit: &Orbit,
+    (closure, omega): (Closure, f64),
     key: &str,
 ) -> Result<Parameter, ProblemError> {
-    match (key, orbit.closure) {
+    match (key, closure) {
         (FREQUENCY, Closure::Limit) => {
             let message = "of a limit cycle is found with it";
             return Err(refused(scene, key, message, "leave it out"));
         }
-        (FREQUENCY, _) => return Ok(Parameter::frequency(system, orbit.omega())),
+        (FREQUENCY, _) => return Ok(Parameter::frequency(system, omega)),
         (VISCOSITY, Closure::Viscous(pin)) => return Ok(Parameter::viscosity(system, pin.beta)),
         _ => {}
     }
@@ -49,6 +49,22 @@ pub fn parameter(
     let message = format!("cannot be a little larger or smaller: {}", text.replace('\n', " "));
     let help = "give a number that enters the equations smoothly, no count";
     Err(refused(scene, key, &message, help))
+}
+
+/// The parameters of some keys of a scene, for orbits whose frequency follows the phase of their loads.
+pub fn beside_frequency(
+    scene: &Scene,
+    system: &System,
+    keys: &[String],
+) -> Result<Vec<Parameter>, ProblemError> {
+    let of = |key: &String| match key.as_str() {
+        FREQUENCY => {
+            let message = "follows the phase of the loads";
+            Err(refused(scene, key, message, "leave it out: derivatives of the frequency are told"))
+        }
+        key => parameter(scene, system, (Closure::FORCED, f64::NAN), key),
+    };
+    keys.iter().map(of).collect()
 }
 
 /// The number at a key of a scene, if it is one of the equations, and not the frequency.

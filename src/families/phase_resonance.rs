@@ -1,20 +1,21 @@
 //! Tests of phase resonance: at one value of a number of the scene after the other the frequency of the loads is steered to where the displacement lags a quarter of a period
 //! behind them ([`crate::orbit::phase_lag`]), as in a laboratory, with what its readings are off by.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::parameters::systems;
+use super::parameters::{beside_frequency, systems};
 use super::start::given;
 use super::{FamilyError, uniform};
 use crate::continuation::Go;
 use crate::orbit::phase_lag::{self, Gains, Period, Steering};
+use crate::orbit::quadrature::Quadrature;
 use crate::orbit::values::Bodies;
 use crate::orbit::{OrbitError, Propagator};
 use crate::problem::Problem;
-use crate::records::{PhaseResonance, Reading, ResonanceRow, Test};
+use crate::records::{PhaseResonance, Reading, Resonance, ResonanceRow, Test};
 use crate::scenario::Scene;
 
 /// Periods that a loop is given to come to rest.
@@ -56,6 +57,11 @@ pub fn follow(
         let row = lock(bodies.body(value)?, (&z, from.1), asked, (&mut noise, ends_now))?;
         let Some(mut row) = row else { return Ok(Go::Break(())) };
         if row.is_locked {
+            if !found.test.by.is_empty() {
+                let there = scene.with_number(key, value);
+                let there = there.map_err(|e| OrbitError::Value(value, e.to_string()))?;
+                differentiate(&there, bodies.body(value)?, &found.test.by, &mut row)?;
+            }
             row.x = bodies.out_of_body(value, &row.x)?;
         }
         found.rows.push(row);
@@ -64,6 +70,37 @@ pub fn follow(
         }
     }
     Ok(Go::Continue(()))
+}
+
+/// Make what a loop found exact, and differentiate it by numbers of the scene; in words, why not.
+fn differentiate(
+    scene: &Scene,
+    body: &mut Propagator,
+    keys: &[String],
+    row: &mut ResonanceRow,
+) -> Result<(), FamilyError> {
+    row.by = vec![Resonance::NONE; keys.len()];
+    let Some(exact) = Quadrature::near(body, &row.x, row.omega.mean)? else {
+        row.note = "no derivatives: no orbit at phase resonance that has any is found near".into();
+        return Ok(());
+    };
+    let exactly = |mean: f64| Reading { mean, error: 0.0 };
+    let Resonance { omega, work, .. } = exact.readings;
+    (row.omega, row.lag, row.work) = (exactly(omega), exactly(FRAC_PI_2), exactly(work));
+    if body.system.rest().is_none() {
+        row.amplitude = exactly(exact.readings.amplitude);
+    }
+    row.x.clone_from(&exact.orbit.z);
+    let parameters = beside_frequency(scene, &body.system, keys);
+    let parameters = parameters.map_err(|e| OrbitError::Value(row.value, e.to_string()))?;
+    for ((mut parameter, key), by) in parameters.into_iter().zip(keys).zip(&mut row.by) {
+        match exact.by(body, &mut parameter) {
+            Ok(found) => *by = found,
+            Err(OrbitError::Parameter(why)) => row.note = format!("no derivative by {key}: {why}"),
+            Err(e) => return Err(e.into()),
+        }
+    }
+    Ok(())
 }
 
 /// What readings are off by: independent normal deviates, those of a row by themselves.
@@ -210,7 +247,7 @@ fn lock(
         };
     }
     let reading = |of: fn(&Period) -> f64| Reading::of(&all.iter().map(of).collect::<Vec<_>>());
-    let energy = reading(|p| p.energy).mean;
+    let [energy, kinetic] = [reading(|p| p.energy), reading(|p| p.kinetic)].map(|r| r.mean);
     Ok(Some(ResonanceRow {
         value,
         is_locked: true,
@@ -221,7 +258,9 @@ fn lock(
         force: reading(|p| p.force),
         work: reading(Period::work),
         energy,
+        kinetic,
         x: z,
+        by: vec![],
         note: String::new(),
     }))
 }

@@ -76,6 +76,8 @@ fn settled(ground: &mut dyn Ground, z: &[f64], place: f64) -> Result<At, FamilyE
 /// What a body does from one place of the grid to the next, both among them, with places between where its motion changes.
 struct Step {
     all: Vec<At>,
+    /// Whether the body settled at each of them from the one before.
+    from_near: Vec<bool>,
     /// The nearest places that changes are closed in on; none: they are not.
     least: Option<f64>,
 }
@@ -90,11 +92,11 @@ impl Step {
         (self.amplitude(k + 1) - self.amplitude(k)).abs()
     }
 
-    /// Whether two neighbours are as near to each other as they get.
+    /// Whether two neighbours are as near to each other as they get; where changes are not closed in on none are.
     fn is_narrow(&self, k: usize) -> bool {
         // halves are not exact
         self.least
-            .is_none_or(|least| (self.all[k + 1].place - self.all[k].place).abs() < 1.5 * least)
+            .is_some_and(|least| (self.all[k + 1].place - self.all[k].place).abs() < 1.5 * least)
     }
 
     /// Whether the motion at a place is of another kind than that at the next one.
@@ -128,13 +130,30 @@ impl Step {
         })
     }
 
-    /// Settle between places, each time from the motion before the change.
+    /// The first change to where the body was brought by a longer step than from the place before: that step alone may have made it.
+    fn doubtful(&self) -> Option<usize> {
+        (0..self.all.len() - 1).find(|&k| !self.from_near[k + 1] && self.change(k).is_some())
+    }
+
+    /// Settle between places, each time from the motion before the change, and again behind it.
     fn close_in(&mut self, ground: &mut dyn Ground) -> Result<(), FamilyError> {
         for _ in 0..MOST {
-            let Some(k) = self.open() else { break };
-            let place = 0.5 * (self.all[k].place + self.all[k + 1].place);
+            let open = self.open();
+            let Some(k) = open.or_else(|| self.doubtful()) else { break };
+            let (near, far) = (self.all[k].place, self.all[k + 1].place);
+            let is_between = open.is_some();
+            let place = if is_between { 0.5 * (near + far) } else { far };
             let at = settled(ground, &self.all[k].found.z, place)?;
-            self.all.insert(k + 1, at);
+            if is_between {
+                self.all.insert(k + 1, at);
+                self.from_near.insert(k + 1, true);
+            } else {
+                self.all[k + 1] = at;
+                self.from_near[k + 1] = true;
+            }
+            if let Some(next) = self.from_near.get_mut(k + 2) {
+                *next = false;
+            }
         }
         Ok(())
     }
@@ -153,8 +172,9 @@ pub(super) fn walk(
         let parts = f64::from(1 << HALVINGS);
         let width = before.as_ref().map(|b| (place - b.place).abs() / parts);
         let known = usize::from(before.is_some());
-        let all = before.take().into_iter().chain([at]).collect();
-        let mut step = Step { all, least: width.filter(|_| closes_in) };
+        let all: Vec<At> = before.take().into_iter().chain([at]).collect();
+        let from_near = vec![true; all.len()];
+        let mut step = Step { all, from_near, least: width.filter(|_| closes_in) };
         if step.least.is_some() {
             step.close_in(ground)?;
         }

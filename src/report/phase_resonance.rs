@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::export::{number, quoted};
 use super::figure::{Axis, Cell, Chart, FigureError, LINES, Mark, Point, Sheet, range};
 use super::summary::significant;
-use crate::records::ResonanceRow;
+use crate::records::{Resonance, ResonanceRow};
 use crate::store::StoredResonance;
 
 /// Error bars are so many standard errors to each side.
@@ -57,25 +57,34 @@ pub fn picture(stored: &StoredResonance) -> Result<Sheet<'static>, FigureError> 
     let name = "largest contact displacement";
     Ok(Sheet::new(&stored.head.title, &what)
         .row(380.0, vec![chart(["", name], &|row| bar(row.amplitude))])
-        .row(190.0, vec![chart(["", "damping ratio W/(4πE)"], &damping)])
+        .row(190.0, vec![chart(["", "damping ratio W/(4πK)"], &damping)])
         .row(190.0, vec![chart(["frequency ω", test.key.as_str()], &|row| (row.value, 0.0))]))
 }
 
 /// A row a value.
 pub fn csv(stored: &StoredResonance) -> String {
     let names = ResonanceRow::READINGS.map(|n| format!("{n},{n}_error"));
-    let mut out = format!("value,locked,periods,{},energy,damping,note\n", names.join(","));
+    let by = stored.found.test.by.iter();
+    let by = by.flat_map(|key| Resonance::NAMES.map(|name| quoted(&format!("{name} by {key}"))));
+    let names: Vec<String> = names.into_iter().collect();
+    let last = ["energy", "kinetic", "damping"].map(str::to_owned);
+    let names: Vec<String> = names.into_iter().chain(last).chain(by).collect();
+    let mut out = format!("value,locked,periods,{},note\n", names.join(","));
     for row in &stored.found.rows {
         let readings = row.readings().map(|r| [number(r.mean), number(r.error)].join(","));
+        let by = row.by.iter().flat_map(Resonance::numbers);
+        let own = [row.energy, row.kinetic, row.damping()].into_iter();
+        let missing = if row.by.is_empty() { 3 * stored.found.test.by.len() } else { 0 };
+        let all = own.chain(by).chain(std::iter::repeat_n(f64::NAN, missing));
+        let more: Vec<String> = all.map(number).collect();
         let _ = writeln!(
             out,
-            "{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{}",
             number(row.value),
             u8::from(row.is_locked),
             row.periods,
             readings.join(","),
-            number(row.energy),
-            number(row.damping()),
+            more.join(","),
             quoted(&row.note)
         );
     }

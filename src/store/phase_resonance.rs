@@ -10,7 +10,7 @@ use super::header::{Head, WriterOptions, read_problem, write_problem, write_whol
 use super::orbits::{matrix, read_scalar, scalar};
 use super::{StoreError, read_text, write_text};
 use crate::contact::System;
-use crate::records::{PhaseResonance, Reading, ResonanceRow, Status, Test};
+use crate::records::{PhaseResonance, Reading, Resonance, ResonanceRow, Status, Test};
 use crate::scenario::Scene;
 
 /// The test of a file.
@@ -62,6 +62,7 @@ pub fn write_resonance(
         numbers("locked", &|row| f64::from(u8::from(row.is_locked)))?;
         numbers("periods", &|row| row.periods as f64)?;
         numbers("energy", &|row| row.energy)?;
+        numbers("kinetic", &|row| row.kinetic)?;
         numbers("damping", &ResonanceRow::damping)?;
         for (k, name) in ResonanceRow::READINGS.into_iter().enumerate() {
             numbers(name, &|row| row.readings()[k].mean)?;
@@ -76,6 +77,15 @@ pub fn write_resonance(
         };
         let x = matrix(rows.len(), columns, rows.iter().flat_map(state).collect())?;
         g.new_dataset_builder().deflate(4).with_data(&x).create("x")?;
+        let all = g.create_group("sensitivity")?;
+        for (k, key) in test.by.iter().enumerate() {
+            let by = all.create_group(key)?;
+            for (number, name) in Resonance::NAMES.into_iter().enumerate() {
+                let of = |row: &ResonanceRow| row.by.get(k).unwrap_or(&Resonance::NONE).numbers();
+                let values: Vec<f64> = rows.iter().map(|row| of(row)[number]).collect();
+                by.new_dataset_builder().with_data(&values).create(name)?;
+            }
+        }
         Ok(())
     })
 }
@@ -89,7 +99,7 @@ pub fn read_resonance(path: &Path) -> Result<StoredResonance, StoreError> {
         let g = file.group("phase_resonance").map_err(missing)?;
         let bad = |why: &str| StoreError::unusable(path, format!("{what}: {why}"));
         let values = g.dataset("value")?.values::<f64>()?;
-        let list = |name: &str| -> Result<Vec<f64>, StoreError> {
+        let list = |g: &hdf5::Group, name: &str| -> Result<Vec<f64>, StoreError> {
             let list = g.dataset(name)?.values::<f64>()?;
             match list.len() == values.len() {
                 true => Ok(list),
@@ -109,11 +119,28 @@ pub fn read_resonance(path: &Path) -> Result<StoredResonance, StoreError> {
             }
         };
         let readings = |name: &str| -> Result<Vec<Reading>, StoreError> {
-            let (means, errors) = (list(name)?, list(&format!("{name}_error"))?);
+            let (means, errors) = (list(&g, name)?, list(&g, &format!("{name}_error"))?);
             let pairs = means.into_iter().zip(errors);
             Ok(pairs.map(|(mean, error)| Reading { mean, error }).collect())
         };
-        let (locked, periods, energy) = (list("locked")?, list("periods")?, list("energy")?);
+        let (locked, periods) = (list(&g, "locked")?, list(&g, "periods")?);
+        let (energy, kinetic) = (list(&g, "energy")?, list(&g, "kinetic")?);
+        let all = g.group("sensitivity")?;
+        let keys = all.member_names()?;
+        let mut by = vec![];
+        for key in &keys {
+            let g = all.group(key)?;
+            let [omega, amplitude, work] = Resonance::NAMES.map(|name| list(&g, name));
+            by.push((omega?, amplitude?, work?));
+        }
+        let by = |k: usize| {
+            let of = |(omega, amplitude, work): &(Vec<f64>, Vec<f64>, Vec<f64>)| Resonance {
+                omega: omega[k],
+                amplitude: amplitude[k],
+                work: work[k],
+            };
+            by.iter().map(of).collect()
+        };
         let (omega, lag, amplitude) =
             (readings("omega")?, readings("lag")?, readings("amplitude")?);
         let (force, work) = (readings("force")?, readings("work")?);
@@ -133,6 +160,7 @@ pub fn read_resonance(path: &Path) -> Result<StoredResonance, StoreError> {
             noise: read_scalar(&g, "noise")?,
             average: whole("average")?,
             seed: seed.ok_or_else(|| bad("no seed"))?,
+            by: keys,
         };
         if !values.iter().all(|x| (test.range[0]..=test.range[1]).contains(x)) {
             return Err(bad("values are not within their range"));
@@ -149,14 +177,22 @@ pub fn read_resonance(path: &Path) -> Result<StoredResonance, StoreError> {
                 force: force[k],
                 work: work[k],
                 energy: energy[k],
+                kinetic: kinetic[k],
                 x: if is_locked { x.row(k).to_vec() } else { vec![] },
+                by: if is_locked { by(k) } else { vec![] },
                 note: notes[k].as_str().to_owned(),
             }
         };
+        let rows: Vec<ResonanceRow> = (0..values.len()).map(row).collect();
+        if !locked.iter().all(|x| *x == 0.0 || *x == 1.0)
+            || !rows.iter().all(ResonanceRow::is_sound)
+        {
+            return Err(bad("a row is damaged"));
+        }
         Ok(StoredResonance {
             head: Head::read(&file),
             problem: read_problem(&g).ok_or_else(|| bad("no fingerprint of the problem"))?,
-            found: PhaseResonance { test, rows: (0..values.len()).map(row).collect() },
+            found: PhaseResonance { test, rows },
         })
     })
 }

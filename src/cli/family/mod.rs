@@ -9,7 +9,7 @@ mod summary;
 pub(crate) use jobs::{Carried, Job, carry_out, conclude, run_jobs};
 pub(crate) use plan::{
     OF_RESPONSE, at_least_one, check_forced, check_frequency, check_full, check_settle_at,
-    check_settles, propagator, reduce_if_large, round_number, writer_options,
+    check_settles, key, propagator, reduce_if_large, round_number, writer_options,
 };
 pub use plan::{Output, omega, range};
 pub(crate) use statement::state;

@@ -147,6 +147,14 @@ pub(crate) fn check_settle_at(
     check_settles(scene, at_high, &at(high))
 }
 
+/// A key among others, blanks around it aside.
+pub(crate) fn key(text: &str) -> Result<String, String> {
+    match text.trim() {
+        "" => Err("give a key between commas: contact.gap,load[0].amplitude".into()),
+        key => Ok(key.to_owned()),
+    }
+}
+
 /// A number of points.
 pub(crate) fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| "give a whole number from 1".into())

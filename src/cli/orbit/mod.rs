@@ -77,7 +77,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=64))]
     periods: u32,
     /// How the orbit changes with numbers of the scene, by their keys: contact.gap,load[0].amplitude,damping.rayleigh[1]; with omega, and with beta of a viscous one
-    #[arg(long, value_name = "KEY", value_delimiter = ',', conflicts_with = "all", value_parser = key)]
+    #[arg(long, value_name = "KEY", value_delimiter = ',', conflicts_with = "all", value_parser = family::key)]
     sensitivity: Vec<String>,
     /// Shoot over the whole period with a phase condition, even where half of it would do
     #[arg(long)]
@@ -327,14 +327,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         None => answer,
         Some(why) => answer.failed(why),
     })
-}
-
-/// A key among others, blanks around it aside.
-fn key(text: &str) -> Result<String, String> {
-    match text.trim() {
-        "" => Err("give a key between commas: contact.gap,load[0].amplitude".into()),
-        key => Ok(key.to_owned()),
-    }
 }
 
 /// Amplitudes that a motion can have, over grazing.

@@ -38,7 +38,7 @@ pub(super) fn sensitivities(
     };
     let mut found = vec![];
     for key in keys {
-        found.push((key, parameter(scene, &body.system, orbit, key)?));
+        found.push((key, parameter(scene, &body.system, (orbit.closure, orbit.omega()), key)?));
     }
     let mut along = Differentiable::new(body, orbit).map_err(|e| refused("orbit", &e))?;
     let mut parameters = vec![];

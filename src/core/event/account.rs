@@ -47,8 +47,20 @@ impl<O: Observer> Run<'_, O> {
         let (a, b) = self.flow.window();
         // what is due at the very time of a switch is stored behind it
         let is_due = |t: &f64| *t < b || (*t == b && !(ends_at_switch && b < self.options.until));
-        while let Some(t) = self.told.sample_time(self.options).filter(is_due) {
-            self.told.next_sample += 1;
+        let looks = self.observer.looks_behind_switches();
+        let mut besides = self.told.besides((a, b), looks, self.options).into_iter().peekable();
+        loop {
+            let due = self.told.sample_time(self.options).filter(is_due);
+            let t = match (due, besides.peek()) {
+                (Some(due), Some(&t)) if t < due => t,
+                (None, Some(&t)) => t,
+                (Some(due), _) => {
+                    self.told.next_sample += 1;
+                    due
+                }
+                (None, None) => break,
+            };
+            besides.next_if(|besides| *besides <= t);
             // a switch at this very time is stored already
             if t > self.told.last_stored {
                 self.now.take(self.flow, t.max(a));

@@ -61,7 +61,7 @@ impl<O: Observer> Run<'_, O> {
         let mut set = States::open(self.system.n_contact());
         meeting.staying.iter().for_each(|&k| set.set(k, PointState::Closed));
         self.phase = self.system.phase(&set);
-        self.told.phases += 1;
+        self.told.phase(self.now.t);
         self.begin_phase();
         self.now.expand(&self.phase);
         let mut jump = self.system.kinetic_of_free(&self.now.v) - kinetic;

@@ -389,7 +389,7 @@ impl<O: Observer> Run<'_, O> {
             self.make_whole();
         }
         self.take_up(&decision);
-        self.told.phases += 1;
+        self.told.phase(self.now.t);
         self.begin_phase();
         self.now.expand(&self.phase);
         let energies = self.account.energies(self.system, &self.now);

@@ -69,6 +69,10 @@ pub trait Observer {
     fn sees_contact_alone(&self) -> bool {
         false
     }
+    /// So many states besides are told of each window of a flow that begins as soon after a switch as one stored state follows another: a phase that is over sooner is seen.
+    fn looks_behind_switches(&self) -> usize {
+        0
+    }
     /// Whether samples come with accelerations.
     fn takes_accelerations(&self) -> bool {
         false

@@ -14,6 +14,8 @@ pub(super) struct Told {
     pub last_stored: f64,
     /// Smooth phases so far.
     pub phases: usize,
+    /// When the present one began.
+    pub began: f64,
     /// Switches of the last while: time and mesh node.
     pub recent: VecDeque<(f64, usize)>,
     /// Ten shortest natural periods: the time in which switches are counted.
@@ -29,9 +31,25 @@ impl Told {
             next_sample: 0,
             last_stored: f64::NEG_INFINITY,
             phases: 1,
+            began: f64::NEG_INFINITY,
             recent: VecDeque::new(),
             window: 10.0 * std::f64::consts::TAU / highest,
         }
+    }
+
+    /// A phase begins.
+    pub fn phase(&mut self, t: f64) {
+        self.phases += 1;
+        self.began = t;
+    }
+
+    /// The times in a window at which so many states besides are told, where it follows a switch.
+    pub fn besides(&self, (a, b): (f64, f64), looks: usize, options: &Options) -> Vec<f64> {
+        if looks == 0 || (a - self.began) * options.samples as f64 > options.until {
+            return vec![];
+        }
+        let step = (b - a) / (looks + 1) as f64;
+        (1..=looks).map(|k| a + k as f64 * step).collect()
     }
 
     /// When the next state is to be stored.

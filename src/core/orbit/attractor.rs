@@ -13,9 +13,9 @@ use super::chain::Propagator;
 use super::credentials::Orbit;
 use super::lyapunov::Carried;
 use super::period_map::integrate_with;
-use super::settle::{Settled, Settling, repeats, settle};
+use super::settle::{Settled, Settling, repeats, settle, settle_unless};
 use super::{OrbitError, tolerate};
-use crate::event::{Observer, Sample};
+use crate::event::{Observer, Sample, Switch};
 use crate::records::{AttractorKind, AttractorRecord, crest, largest, mean_with_error};
 
 /// Periods over which an exponent is taken: those that are left out at first, blocks, periods of a block.
@@ -26,10 +26,14 @@ const PERIODS: usize = EXPONENT.0 + EXPONENT.1 * EXPONENT.2;
 const CHAOTIC: (f64, f64) = (0.01, 4.0);
 /// What came back as near as this comes back for good, in the end.
 const RETURNED: f64 = 1e-4;
+/// What is chaotic or quasi-periodic by its exponent is waited for so many periods more: a fall off a fold takes its time, and ends.
+const AGAIN: usize = 80;
 /// Periods that are looked at of what is not periodic.
 const LOOKED_AT: usize = 40;
 /// Stored states a period.
 pub(super) const STATES: usize = 128;
+/// States besides in a window behind a switch: a blow on a stiff stop is over within two windows.
+const BEHIND: usize = 8;
 /// Lines of a spectrum: from 0 to so many times the frequency of the loads, and how many in one of it.
 const LINES: (usize, usize) = (8, 12);
 
@@ -84,9 +88,14 @@ pub(super) fn of_settling(
                 );
             };
             let kind = judged(exponent, least);
-            if kind == AttractorKind::Slow {
-                // it may have settled in these periods
-                let again = settle(body, &z, omega)?;
+            // it may have settled in these periods
+            let wait = if kind == AttractorKind::Slow { usize::MAX } else { AGAIN };
+            let mut waited = 0;
+            let long = |_: &Propagator, _: &[f64]| {
+                waited += 1;
+                (waited >= wait).then_some(())
+            };
+            if let Ok(again) = settle_unless(body, &z, omega, 0, long)? {
                 let maps = maps + PERIODS + again.periods;
                 if let Settled::Orbit(_) | Settled::Rest(_) | Settled::Unbounded = again.to {
                     let settling = Settling { to: again.to, periods: maps };
@@ -189,8 +198,12 @@ pub(super) struct Look<'a> {
     pub force: f64,
     /// Largest energy.
     pub energy: f64,
+    /// Largest kinetic energy.
+    pub kinetic: f64,
     /// The last two states: time and displacements.
     last: Vec<(f64, Vec<f64>)>,
+    /// The last two of the present phase: time, force, energy, kinetic energy.
+    in_phase: Vec<(f64, [f64; 3])>,
     /// Displacements at even steps of time.
     history: Vec<Vec<f64>>,
 }
@@ -206,7 +219,9 @@ impl<'a> Look<'a> {
             trough: vec![f64::INFINITY; n_c],
             force: 0.0,
             energy: 0.0,
+            kinetic: 0.0,
             last: vec![],
+            in_phase: vec![],
             history: vec![],
         }
     }
@@ -225,8 +240,19 @@ impl Observer for Look<'_> {
         let u = system.at_points(s.u);
         let areas = system.constraints.iter().map(|c| c.area);
         let force = s.pressure.iter().zip(areas).map(|(p, a)| p * a).sum::<f64>();
-        self.force = self.force.max(force);
-        self.energy = self.energy.max(s.energies.map_or(f64::NAN, |e| e.total()));
+        let energies = s.energies.map_or([f64::NAN; 2], |e| [e.total(), e.kinetic]);
+        let of_phase = [force, energies[0], energies[1]];
+        let largest = [&mut self.force, &mut self.energy, &mut self.kinetic];
+        for (k, largest) in largest.into_iter().enumerate() {
+            *largest = largest.max(of_phase[k]);
+            if let [(t0, a), (t1, b)] = &self.in_phase[..] {
+                *largest = largest.max(crest([*t0, *t1, s.t], [a[k], b[k], of_phase[k]]));
+            }
+        }
+        if self.in_phase.len() == 2 {
+            self.in_phase.remove(0);
+        }
+        self.in_phase.push((s.t, of_phase));
         for (i, &u) in u.iter().enumerate() {
             self.peak[i] = self.peak[i].max(u);
             self.trough[i] = self.trough[i].min(u);
@@ -248,6 +274,16 @@ impl Observer for Look<'_> {
         }
         self.last.push((s.t, u));
         Ok(())
+    }
+
+    fn switch(&mut self, _: &Switch) -> Result<(), Infallible> {
+        // what comes is of another phase: forces and energies may jump
+        self.in_phase.clear();
+        Ok(())
+    }
+
+    fn looks_behind_switches(&self) -> usize {
+        BEHIND
     }
 }
 

@@ -19,6 +19,7 @@
 //! - `grazing` — over a grazing of a branch, and where it is;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`parameter`], [`sensitivity`] — how an orbit changes with a number that the equations depend on;
+//! - [`phase_lag`], [`quadrature`] — phase resonance: steered to, and as a condition on orbits;
 //! - [`lyapunov`] — how fast the neighbours of a motion part from it;
 //! - [`condition`], [`values`], [`curve`] — orbits that are singled out (folds, doublings, grazings, peaks) as curves over a number that the equations depend on;
 //! - [`attractor`], [`settle`], [`basin`] — what a forced body does in the long run, and to which of several attractors a motion comes;
@@ -67,6 +68,8 @@ pub mod peak;
 pub mod period_map;
 pub mod phase_lag;
 pub(crate) mod pin;
+#[doc(hidden)]
+pub mod quadrature;
 pub mod rotation;
 pub(crate) mod saltation;
 pub mod search;

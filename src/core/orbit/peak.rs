@@ -53,19 +53,27 @@ impl Height {
 
     /// The orbit at another frequency nearby.
     fn at(&self, body: &mut Propagator, omega: f64) -> Result<Option<Height>, OrbitError> {
-        let by = omega - self.orbit.omega();
-        let moved = |x: &[f64], d: &[f64]| x.iter().zip(d).map(|(x, d)| x + by * d).collect();
-        let [u, v] = &self.change;
-        let state = State { u: moved(&self.orbit.state.u, u), v: moved(&self.orbit.state.v, v) };
-        let z = body.frame(&state);
-        let newton = Settings { iterations: 12, ..Settings::default() };
-        let effort = Effort { newton, multipliers: false, rescue: false };
-        let found = tolerate(find(body, self.orbit.closure, &z, omega, &effort))?;
-        match found.as_ref().and_then(Verdict::orbit) {
-            Some(orbit) => Height::of(body, orbit),
+        match moved_along(body, &self.orbit, &self.change, omega - self.orbit.omega())? {
+            Some(orbit) => Height::of(body, &orbit),
             None => Ok(None),
         }
     }
+}
+
+/// The orbit at another frequency nearby, by Newton's method from the one at hand, moved along its derivative by the frequency: that of `u_O` and of `u̇_O`.
+pub(super) fn moved_along(
+    body: &mut Propagator,
+    orbit: &Orbit,
+    [u, v]: &[Vec<f64>; 2],
+    by: f64,
+) -> Result<Option<Orbit>, OrbitError> {
+    let moved = |x: &[f64], d: &[f64]| x.iter().zip(d).map(|(x, d)| x + by * d).collect();
+    let state = State { u: moved(&orbit.state.u, u), v: moved(&orbit.state.v, v) };
+    let z = body.frame(&state);
+    let newton = Settings { iterations: 12, ..Settings::default() };
+    let effort = Effort { newton, multipliers: false, rescue: false };
+    let found = tolerate(find(body, orbit.closure, &z, orbit.omega() + by, &effort))?;
+    Ok(found.as_ref().and_then(Verdict::orbit).cloned())
 }
 
 /// The peak between two frequencies `low < high` near an orbit of a branch: there the amplitude rises and falls. None where it does not, or where the branch cannot be followed by

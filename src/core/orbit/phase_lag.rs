@@ -24,6 +24,7 @@ use super::attractor::{Look, STATES};
 use super::chain::Propagator;
 use super::period_map::integrate_with;
 use super::{OrbitError, tolerate};
+use crate::contact::System;
 use crate::continuation::Go;
 use crate::event::{Observer, Sample, Switch};
 
@@ -47,6 +48,8 @@ pub struct Period {
     pub force: f64,
     /// Largest energy.
     pub energy: f64,
+    /// Largest kinetic energy.
+    pub kinetic: f64,
     /// The frame vector at its end.
     pub z: Vec<f64>,
 }
@@ -107,9 +110,13 @@ impl Observer for LockIn<'_> {
         Ok(())
     }
 
-    fn switch(&mut self, _: &Switch) -> Result<(), Infallible> {
+    fn switch(&mut self, switch: &Switch) -> Result<(), Infallible> {
         self.switched = true;
-        Ok(())
+        self.look.switch(switch)
+    }
+
+    fn looks_behind_switches(&self) -> usize {
+        self.look.looks_behind_switches()
     }
 
     fn progress(&mut self, _: f64) -> Result<Go, Infallible> {
@@ -118,9 +125,9 @@ impl Observer for LockIn<'_> {
 }
 
 /// `f̂` of the harmonic loads of a body, over all displacements.
-fn loads(body: &Propagator) -> Vec<Complex<f64>> {
-    let mut all = vec![Complex::default(); body.system.n()];
-    for load in body.system.loads.harmonics.iter().filter(|load| !load.damps) {
+pub(super) fn loads(system: &System) -> Vec<Complex<f64>> {
+    let mut all = vec![Complex::default(); system.n()];
+    for load in system.loads.harmonics.iter().filter(|load| !load.damps) {
         let turn = Complex::from_polar(load.size(), load.angle());
         all.iter_mut().zip(&load.force).for_each(|(all, f)| *all += turn * *f);
     }
@@ -134,7 +141,7 @@ pub fn period(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Option<Per
     let until = TAU / omega;
     let mut lock_in = LockIn {
         look: Look::new(body, until, STATES),
-        force: loads(body),
+        force: loads(&body.system),
         omega,
         last: None,
         switched: false,
@@ -148,15 +155,21 @@ pub fn period(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Option<Per
         amplitude: look.amplitude(),
         force: look.force,
         energy: look.energy,
+        kinetic: look.kinetic,
         z: body.frame(&passage.report.last),
     }))
+}
+
+/// How far the lag of a displacement is from a quarter turn, of which `p` is known.
+pub(super) fn error_of(power: Complex<f64>) -> f64 {
+    let e = power.arg() + FRAC_PI_2;
+    if e > PI { e - TAU } else { e }
 }
 
 impl Period {
     /// How far the lag is from a quarter turn: `e`.
     pub fn error(&self) -> f64 {
-        let e = self.power.arg() + FRAC_PI_2;
-        if e > PI { e - TAU } else { e }
+        error_of(self.power)
     }
 
     /// The lag, in radians.

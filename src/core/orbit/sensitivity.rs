@@ -9,7 +9,10 @@
 //! and any quantity `g(t, x(t), p)` at an instant of the orbit changes by `∂g/∂p + ∇g·δ(t)` with `δ(t)` the column carried to that instant from `x_p`. At the top of a curve in time
 //! that instant need not be differentiated; where the largest value stands at a switch, it moves with the switch.
 
+use std::f64::consts::PI;
+
 use faer::Mat;
+use nalgebra::Complex;
 
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
@@ -17,6 +20,7 @@ use super::credentials::Orbit;
 use super::floquet::{Multiplier, stability};
 use super::parameter::{Kind, Parameter};
 use super::period_map::integrate;
+use super::phase_lag::loads;
 use super::pin::Pin;
 use super::shooting::{Closure, Image, correction, image};
 use super::tangent::{By, Variation};
@@ -103,6 +107,8 @@ pub struct Sensitivity {
     pub alpha: Option<f64>,
     /// Of the multipliers, in their order; empty where these are not known.
     pub multipliers: Vec<Multiplier>,
+    /// Of the times of the switches.
+    delays: Vec<f64>,
 }
 
 /// A parameter whose differences of two widths are further apart than this, over their size, does not enter smoothly.
@@ -283,19 +289,41 @@ impl<'a> Differentiable<'a> {
         let delays = self.carried(p, whole, (&x, alpha))?.1;
         let peak = |peak: &Peak| self.peak_by(p, peak, (&x, alpha), &delays);
         let peaks = self.peaks.iter().map(peak).collect::<Result<_, _>>()?;
-        let multipliers = match self.multipliers.is_empty() {
-            true => vec![],
-            false => self.multipliers_by(p, &state, (&change, alpha, period), &delays)?,
-        };
-        Ok(Sensitivity {
+        let mut all = Sensitivity {
             value: p.value,
             state: state_by,
             change,
             peaks,
             period,
             alpha,
-            multipliers,
-        })
+            multipliers: vec![],
+            delays,
+        };
+        if !self.multipliers.is_empty() {
+            all.multipliers = self.multipliers_by(p, &all)?;
+        }
+        Ok(all)
+    }
+
+    /// `p` of [`super::phase_lag`], of a forced orbit.
+    pub(super) fn power(&self) -> Result<Complex<f64>, OrbitError> {
+        let frame = self.closure.frame(&self.z);
+        let walk = self.body.walk(&self.chain, frame, &self.times, self.period)?;
+        Ok(power(self.body, &self.chain, &walk))
+    }
+
+    /// Its derivative, where those of the orbit are known.
+    pub(super) fn power_by(
+        &self,
+        p: &Parameter,
+        along: &Sensitivity,
+    ) -> Result<Complex<f64>, OrbitError> {
+        let mut sum = Complex::default();
+        self.beside(p, along, |weight, body, _, walk| {
+            sum += power(body, &self.chain, walk) * weight;
+            Ok(())
+        })?;
+        Ok(sum)
     }
 
     /// `R_p` at fixed unknowns.
@@ -450,15 +478,14 @@ impl<'a> Differentiable<'a> {
         })
     }
 
-    /// Of the multipliers: those of the neighbours along the tangent `(x_p, 1)` of the orbit, the nearest to each.
-    fn multipliers_by(
+    /// The motions of the neighbours along the tangent `(x_p, 1)` of the orbit, each with its weight in a difference: bodies, closures with their unknowns, walks.
+    fn beside(
         &self,
         p: &Parameter,
-        state: &State,
-        (change, alpha, period): (&[Vec<f64>; 2], Option<f64>, f64),
-        delays: &[f64],
-    ) -> Result<Vec<Multiplier>, OrbitError> {
-        let mut sum = vec![(0.0, 0.0); self.multipliers.len()];
+        Sensitivity { change, alpha, period, delays, .. }: &Sensitivity,
+        mut take: impl FnMut(f64, &Propagator, (Closure, &[f64]), &Walk) -> Result<(), OrbitError>,
+    ) -> Result<(), OrbitError> {
+        let state = self.body.state(self.closure.frame(&self.z));
         for neighbour in p.neighbours() {
             let s = neighbour.offset;
             let moved = |x: &[f64], d: &[f64]| x.iter().zip(d).map(|(x, d)| x + s * d).collect();
@@ -477,17 +504,44 @@ impl<'a> Differentiable<'a> {
             let end = self.period + s * period;
             let times: Vec<f64> = moved(&self.times, delays);
             let walk = body.walk(&self.chain, closure.frame(&z), &times, end)?;
-            let found = stability(&body, closure, &z, (&self.chain, &walk))?.multipliers;
+            take(neighbour.weight, &body, (closure, &z), &walk)?;
+        }
+        Ok(())
+    }
+
+    /// Of the multipliers: those of the neighbours, the nearest to each.
+    fn multipliers_by(
+        &self,
+        p: &Parameter,
+        along: &Sensitivity,
+    ) -> Result<Vec<Multiplier>, OrbitError> {
+        let mut sum = vec![(0.0, 0.0); self.multipliers.len()];
+        self.beside(p, along, |weight, body, (closure, z), walk| {
+            let found = stability(body, closure, z, (&self.chain, walk))?.multipliers;
             for (sum, m) in sum.iter_mut().zip(&self.multipliers) {
                 let far = |x: &Multiplier| (x.0 - m.0).hypot(x.1 - m.1);
                 let nearest = found.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
                 let nearest = nearest.copied().unwrap_or((f64::NAN, f64::NAN));
-                sum.0 += neighbour.weight * nearest.0;
-                sum.1 += neighbour.weight * nearest.1;
+                sum.0 += weight * nearest.0;
+                sum.1 += weight * nearest.1;
             }
-        }
+            Ok(())
+        })?;
         Ok(sum)
     }
+}
+
+/// `p = f̂ᴴû` of a motion over a period of the loads.
+fn power(body: &Propagator, chain: &Chain, walk: &Walk) -> Complex<f64> {
+    let system = &body.system;
+    let Some(omega) = system.loads.harmonics.first().map(|h| h.omega) else {
+        return Complex::default();
+    };
+    let force = loads(system);
+    let phases = walk.links.iter().zip(&chain.sets);
+    let of_phase =
+        phases.map(|(link, set)| link.harmonic(system, &system.phase(set), (&force, omega)));
+    of_phase.sum::<Complex<f64>>() * (omega / PI)
 }
 
 /// Steps of the search for the top of a curve.

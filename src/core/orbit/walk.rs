@@ -6,11 +6,11 @@
 use std::rc::Rc;
 
 use faer::Mat;
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix};
 
 use super::chain::{Chain, Jump, Propagator};
 use super::parameter::Parameter;
-use crate::contact::{PointState, States, System, leading};
+use crate::contact::{Phase, PointState, States, System, leading};
 use crate::continuation::dot;
 use crate::fem::dense::product;
 use crate::fem::{FemError, Loads};
@@ -246,6 +246,27 @@ impl Link {
         self.spectrum.state_of_modes(&modal, &mut x);
         let v = x.split_off(n);
         (x, v)
+    }
+
+    /// `∫ f̂ᴴu e^{−iωt} dt` over the phase, of all displacements `u` with what contact displacements are counted from.
+    pub(super) fn harmonic(
+        &self,
+        system: &System,
+        phase: &Phase,
+        (force, omega): (&[Complex<f64>], f64),
+    ) -> Complex<f64> {
+        let mut sum = Complex::default();
+        let mut full = vec![0.0; system.n()];
+        for (left, h) in self.panels() {
+            for (x, weight) in GAUSS10.into_iter().flat_map(|(x, w)| [(-x, w), (x, w)]) {
+                let t = left + 0.5 * h * (1.0 + x);
+                phase.expand_displacement(t, &self.state(t).0, &mut full);
+                system.loads.carried.add_contact(t, 0, &mut full);
+                let along: Complex<f64> = force.iter().zip(&full).map(|(f, u)| f.conj() * *u).sum();
+                sum += along * Complex::from_polar(0.5 * h * weight, -omega * t);
+            }
+        }
+        sum
     }
 
     /// Carry tangent columns over the phase: the homogeneous flow of every mode, under the damping `C + αM`.

@@ -29,7 +29,7 @@ pub use diagram::{Diagram, DiagramRow};
 pub use lyapunov::LyapunovRecord;
 pub(crate) use lyapunov::mean_with_error;
 pub use orbit::{FrictionRecord, OrbitRecord, ViscousRecord};
-pub use phase_resonance::{PhaseResonance, Reading, ResonanceRow, Test};
+pub use phase_resonance::{PhaseResonance, Reading, Resonance, ResonanceRow, Test};
 pub use point::{PlaceRecord, PointRecord};
 pub(crate) use ridge::crest;
 pub use ridge::{Peak, peaks, summits};

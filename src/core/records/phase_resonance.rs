@@ -30,6 +30,29 @@ impl Reading {
     }
 }
 
+/// What is read at an orbit at phase resonance, or how it changes with a number of the scene while the frequency follows the phase.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resonance {
+    /// Circular frequency.
+    pub omega: f64,
+    /// Largest displacement of a contact point in magnitude, beside the equilibrium where there is one.
+    pub amplitude: f64,
+    /// Work of the loads in a period.
+    pub work: f64,
+}
+
+impl Resonance {
+    /// What is not known.
+    pub const NONE: Resonance = Resonance { omega: f64::NAN, amplitude: f64::NAN, work: f64::NAN };
+    /// Names of its numbers.
+    pub const NAMES: [&str; 3] = ["omega", "amplitude", "work"];
+
+    /// These, in the order of their names.
+    pub fn numbers(&self) -> [f64; 3] {
+        [self.omega, self.amplitude, self.work]
+    }
+}
+
 /// What a test finds at a value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResonanceRow {
@@ -51,9 +74,13 @@ pub struct ResonanceRow {
     pub work: Reading,
     /// Largest energy.
     pub energy: f64,
+    /// Largest kinetic energy.
+    pub kinetic: f64,
     /// A state at phase zero of the loads, in the frame of the body at the scene's own value; empty where the loop did not come to rest.
     pub x: Vec<f64>,
-    /// Why there is nothing.
+    /// Derivatives by the numbers of the test.
+    pub by: Vec<Resonance>,
+    /// Why there is nothing, or are no derivatives.
     pub note: String,
 }
 
@@ -71,14 +98,26 @@ impl ResonanceRow {
             force: none,
             work: none,
             energy: f64::NAN,
+            kinetic: f64::NAN,
             x: vec![],
+            by: vec![],
             note,
         }
     }
 
-    /// `W/(4πE)`: the damping ratio of the oscillator that loses as much.
+    /// `W/(4πK)`: the damping ratio of the oscillator that loses as much and has the same largest kinetic energy `K`, in which no preload is.
     pub fn damping(&self) -> f64 {
-        self.work.mean / (4.0 * PI * self.energy)
+        self.work.mean / (4.0 * PI * self.kinetic)
+    }
+
+    /// Whether it is what a test leaves: numbers where its loop came to rest, and a frequency.
+    pub fn is_sound(&self) -> bool {
+        let is_number = |r: &Reading| r.mean.is_finite() && r.error >= 0.0;
+        !self.is_locked
+            || self.readings().iter().all(is_number)
+                && self.omega.mean > 0.0
+                && [self.energy, self.kinetic].iter().chain(&self.x).all(|x| x.is_finite())
+                && !self.x.is_empty()
     }
 
     /// Names of the readings.
@@ -111,6 +150,8 @@ pub struct Test {
     pub average: usize,
     /// Seed of the noise.
     pub seed: u64,
+    /// Keys of numbers that readings are differentiated by, in the order of letters.
+    pub by: Vec<String>,
 }
 
 /// A test of phase resonance.
