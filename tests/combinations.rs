@@ -470,6 +470,7 @@ fn page(tables: &[Table]) -> String {
 
 /// Every command with every kind of scene: it works, or says why not and what to do. The page says which.
 #[test]
+#[ignore = "two minutes"]
 fn the_page_of_combinations_is_what_the_program_does() {
     let place = tempfile::tempdir().unwrap();
     let groups = rows();

@@ -5,6 +5,7 @@ mod common;
 mod animation;
 mod at_nodes;
 mod bad_input;
+mod bands;
 mod basins;
 mod bearings;
 mod beginnings;

@@ -87,6 +87,7 @@ fn orbits_are_told_around_the_equilibrium() {
 
 /// The damped mode of the bolted joint: with more harmonics what the motion does in time, under `−αM u̇`, comes nearer to where it was.
 #[test]
+#[ignore = "a minute"]
 fn the_damped_mode_of_a_lap_joint_comes_back_in_time() {
     let p = Problem::new(&shipped("lap-joint-mode.toml"), None).unwrap();
     let mode = DampedMode::new(p.system.clone(), 2).unwrap();

@@ -212,6 +212,7 @@ fn sweeps_are_resumed() {
 
 /// Bodies, methods, damping, loads, ranges and directions at random: every frequency has a row, with what the body does there and the extremes of it.
 #[test]
+#[ignore = "a minute"]
 fn every_frequency_of_any_body_has_a_row() {
     let random = Splitmix::new(1123);
     let mut kinds = std::collections::BTreeMap::<String, usize>::new();

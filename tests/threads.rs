@@ -75,6 +75,17 @@ fn responses() {
     same_on_any("response, hbm", &[&base[..], &hbm].concat());
 }
 
+#[test]
+fn bands_of_a_response() {
+    let folder = TempDir::new().unwrap();
+    let family = folder.path().join("family.h5");
+    let scene = "scenarios/two-mass-stop.toml";
+    let response = ["response", scene, "--method", "shooting", "--range", "0.6,0.7", "-q", "-o"];
+    assert!(program().args(response).arg(&family).output().unwrap().status.success());
+    let deviation = "contact.gap=2%,damping.rayleigh[1]=10%";
+    same_on_any("bands", &["bands", family.to_str().unwrap(), "--deviation", deviation]);
+}
+
 /// A chaotic run: the last bit of an eigenvector decides about thousands of switches.
 #[test]
 fn a_long_run() {

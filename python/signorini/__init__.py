@@ -10,12 +10,13 @@ have the names of the JSON keys of the command line, arrays as NumPy arrays; ``o
 are values; bad input is a ``SceneError`` with file, line and key. Units are those of the scene.
 """
 
-from ._commands import backbone, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, phase_resonance, response, run
+from ._commands import backbone, bands, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, phase_resonance, response, run
 from ._errors import FileError, NumericsError, SceneError, SignoriniError
 from ._files import Group
 from ._mesh import Mesh
 from ._results import (
     Attractor,
+    Bands,
     Basins,
     Comparison,
     Crosscheck,
@@ -38,6 +39,7 @@ from ._signorini import __version__
 
 __all__ = [
     "Attractor",
+    "Bands",
     "Basins",
     "Comparison",
     "Crosscheck",
@@ -62,6 +64,7 @@ __all__ = [
     "Verdict",
     "__version__",
     "backbone",
+    "bands",
     "basins",
     "compare",
     "crosscheck",

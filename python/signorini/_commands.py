@@ -19,7 +19,8 @@ from . import _signorini
 from ._errors import SceneError
 from ._files import Store, scratch
 from ._progress import Progress, Shown
-from ._results import Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, PhaseResonance, Result, Run, Verdict, load
+from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, PhaseResonance, Result, Run, Verdict, load
+from ._results import open as open_results
 from ._scene import Scene, ScenePath, as_scene
 
 AnyScene = Union[Scene, ScenePath, Mapping[str, Any]]
@@ -119,8 +120,10 @@ def _to_file(
     progress: Progress,
     before: Sequence[str] = (),
     ending: str = "",
+    scene_file: bool = True,
 ) -> tuple[dict[str, Any], str | None, Store | None]:
-    """Carry out a command that writes a file: the user's, or one that goes with the result; ``ending`` is what the command adds to its name."""
+    """Carry out a command that writes a file: the user's, or one that goes with the result; ``ending`` is what the command adds to its name; some read the scene out
+    of a file of results."""
     scene = as_scene(scene)
     folder = None
     if output is None:
@@ -130,7 +133,7 @@ def _to_file(
     else:
         named = os.fsdecode(output)
     path = named + ending
-    places = [*before, fspath(scene.file)]
+    places = [*before, fspath(scene.file)] if scene_file else [*before]
     try:
         said, failure = _call(command, scene, places, options | {"output": named}, progress, folder is not None)
         if os.path.exists(path):
@@ -473,6 +476,30 @@ def phase_resonance(
     options = {"over": _over(over), "steps": steps, "omega": omega, "gains": pair, "tolerance": tolerance, "noise": noise}
     options |= {"average": average, "seed": seed, "ratio": ratio, "sensitivity": sensitivity or None, "resume": resume, "force": force}
     return _result(*_to_file("phase-resonance", scene, output, options, progress))
+
+
+def bands(
+    family: Family | ScenePath,
+    deviations: Mapping[str, float | str],
+    output: Output = None,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+) -> Bands:
+    """How far a family moves with numbers of its scene that are known to a standard deviation only.
+
+    Args:
+        family: of ``backbone`` or ``response``, or its file.
+        deviations: by key of the scene the standard deviation, in the number's unit or in per cent of it: ``{"contact.gap": 0.02, "damping.ratio": "10%"}``.
+        output, resume, force, progress: as for ``run``.
+    """
+    # a family without a name lives as long as it is held
+    held = open_results(family) if isinstance(family, (str, PathLike)) else family
+    if not isinstance(held, Family):
+        raise SceneError("no orbits of a family are in it", "give the result of backbone or response")
+    options: dict[str, Any] = {"deviation": [f"{key}={size}" for key, size in deviations.items()], "resume": resume, "force": force}
+    return _result(*_to_file("bands", held.scene, output, options, progress, [fspath(held.path)], scene_file=False))
 
 
 def crosscheck(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._results import Basins, Comparison, Crosscheck, Curves, Diagram, Family, Orbit, PhaseResonance, Result, Run
+from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Orbit, PhaseResonance, Result, Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ def draw(result: Result, **options: Any) -> Figure:
             self.savefig(image, format="png", dpi=110)
             return image.getvalue()
 
-    drawn = [(Basins, _basins), (Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Diagram, _diagram), (Family, _family), (Orbit, _orbit), (PhaseResonance, _phase_resonance), (Run, _run)]
+    drawn = [(Bands, _bands), (Basins, _basins), (Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Diagram, _diagram), (Family, _family), (Orbit, _orbit), (PhaseResonance, _phase_resonance), (Run, _run)]
     for kind, of in drawn:
         if isinstance(result, kind):
             return of(Shown, result, **options)
@@ -102,6 +102,34 @@ def _phase_resonance(figure: type[Figure], test: PhaseResonance) -> Figure:
     return shown
 
 
+def _bands(figure: type[Figure], bands: Bands) -> Figure:
+    shown = figure(figsize=(7, 6), layout="constrained")
+    heights, shares = shown.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    for k in np.unique(bands.branch):
+        own = bands.branch == k
+        omega, height, sigma = bands.omega[own], bands.amplitude[own], bands.amplitude_deviation[own]
+        # across the curve, in units of both axes: finite at folds
+        units = np.ptp(bands.omega) or 1.0, np.ptp(bands.amplitude) or 1.0
+        slope = bands.amplitude_along[own] * units[0] / units[1]
+        up = 2 * sigma / (1 + slope**2)
+        aside = -slope * up * units[0] / units[1]
+        for i in range(len(omega) - 1):
+            # behind a fold the upper side is the other one
+            turn = np.sign(aside[i] * aside[i + 1] / units[0] ** 2 + up[i] * up[i + 1] / units[1] ** 2)
+            corners = [(omega[j] + s * aside[j], height[j] + s * up[j]) for j, s in [(i, -1), (i, 1), (i + 1, turn), (i + 1, -turn)]]
+            if np.isfinite(corners).all():
+                heights.fill(*zip(*corners), color=COLOURS[0], alpha=0.25, lw=0)
+        heights.plot(omega, height, color=COLOURS[0], lw=1.2)
+        for number, (key, by) in enumerate(bands.sensitivity.items()):
+            part = (by.amplitude[own] * by.deviation / sigma) ** 2
+            shares.plot(omega, part, color=COLOURS[(number + 1) % len(COLOURS)], lw=1.2, label=key if k == bands.branch[0] else None)
+    shares.legend(frameon=False)
+    _clean(heights, "", "largest contact displacement")
+    _clean(shares, "frequency", "share of the variance")
+    heights.set_title(f"{bands.title}: ± 2 standard deviations, across the curve", loc="left")
+    return shown
+
+
 def _curves(figure: type[Figure], curves: Curves) -> Figure:
     shown = figure(figsize=(7, 5), layout="constrained")
     plane, heights = shown.subplots(2, 1, height_ratios=[3, 2])
@@ -123,7 +151,7 @@ def _name(r: Run, i: int) -> str:
     return f"point {i}" if nodes is None else f"node {nodes[i]}"
 
 
-def _bands(axes: Axes, t: np.ndarray, touching: np.ndarray) -> None:
+def _shade(axes: Axes, t: np.ndarray, touching: np.ndarray) -> None:
     """Grey where any contact point touches."""
     edges = np.flatnonzero(np.diff(np.r_[False, touching, False].astype(int)))
     for a, b in zip(edges[::2], edges[1::2]):
@@ -173,7 +201,7 @@ def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
         axes[0].plot(r.t, np.full(len(r.t), r.mesh.gap[shown[0]]), color="black", lw=0.8, ls="--", label="obstacle")
         axes[0].legend(fontsize="small", ncols=4, frameon=False)
     for a in axes[:3]:
-        _bands(a, r.t, touching)
+        _shade(a, r.t, touching)
         a.set_xlim(r.t[0], r.t[-1])
     _clean(axes[0], "t", "contact displacement")
     _clean(axes[1], "t", "pressure")
@@ -204,7 +232,7 @@ def _orbit(make: type[Figure], o: Orbit) -> Figure:
     _clean(portrait, f"displacement of {_name(o, i)}", "velocity")
     motion.plot(o.t / o.period, u_c, lw=1.0)
     motion.axhline(o.mesh.gap[i], color="black", lw=0.8, ls="--")
-    _bands(motion, o.t / o.period, o.active.any(axis=1))
+    _shade(motion, o.t / o.period, o.active.any(axis=1))
     _clean(motion, "t / T", "contact displacements")
     _unit_circle(plane, o.multipliers)
     figure.suptitle(f"{o.title}: omega = {o.omega:.6g}, energy {o.energy:.6g}")

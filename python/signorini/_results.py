@@ -949,6 +949,43 @@ class PhaseResonance(Result):
         return f"{self.title!r}: {self.status}, {int(self.locked.sum())} of {len(self)} values of {self.key} at phase resonance"
 
 
+class Bands(Result):
+    """A family with what the numbers of its scene are known to: a row an orbit, branch by branch in the order of the walk.
+
+    Attributes:
+        branch, index, note [n]: which orbit of the family; why derivatives are missing, where they are.
+        omega, amplitude, energy [n]; amplitude_deviation, energy_deviation, standard deviations at the frequency of the orbit; amplitude_along, energy_along, derivatives
+            by the frequency along the branch.
+        sensitivity: by key of the scene ``value``, ``deviation``, and the derivatives ``amplitude`` and ``energy`` [n].
+    """
+
+    branch: np.ndarray
+    index: np.ndarray
+    omega: np.ndarray
+    amplitude: np.ndarray
+    amplitude_deviation: np.ndarray
+    amplitude_along: np.ndarray
+    energy: np.ndarray
+    energy_deviation: np.ndarray
+    energy_along: np.ndarray
+    note: np.ndarray
+    wall_s: float
+
+    def _groups(self) -> list[str]:
+        return ["bands"]
+
+    @property
+    def sensitivity(self) -> dict[str, Group]:
+        group = self["bands"]["sensitivity"]
+        return {key: group[key] for key in group.keys()}
+
+    def __len__(self) -> int:
+        return len(self.omega)
+
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}, {int(np.isfinite(self.amplitude_deviation).sum())} of {len(self)} orbits with derivatives by {', '.join(self.sensitivity)}"
+
+
 class Comparison(Result):
     """Contact methods, meshes and parameters side by side, one row each; its columns by name [rows].
 
@@ -1001,7 +1038,7 @@ class Modes:
         return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"
 
 
-AnyResult = Union[Run, Orbit, Family, Crosscheck, Curves, Diagram, PhaseResonance, Basins, Comparison]
+AnyResult = Union[Run, Orbit, Family, Crosscheck, Bands, Curves, Diagram, PhaseResonance, Basins, Comparison]
 
 
 def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
@@ -1012,6 +1049,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
         ("basins", Basins),
         ("diagram", Diagram),
         ("phase_resonance", PhaseResonance),
+        ("bands", Bands),
         ("curves", Curves),
         ("crosscheck", Crosscheck),
         ("backbone", Family),
@@ -1025,7 +1063,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
 
 
 def open(path: str | PathLike[str]) -> AnyResult:
-    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Curves``, ``Diagram``, ``PhaseResonance``, ``Basins`` or ``Comparison``.
+    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Bands``, ``Curves``, ``Diagram``, ``PhaseResonance``, ``Basins`` or ``Comparison``.
 
     Raises:
         FileNotFoundError: there is none.

@@ -229,6 +229,21 @@ def test_a_test_of_phase_resonance_is_that_of_the_command(command, tmp_path):
     assert 0.02 * gap.amplitude + exact.value * load.amplitude == pytest.approx(exact.amplitude, rel=1e-9)
 
 
+def test_bands_are_those_of_the_command(command, tmp_path):
+    family = sg.response("scenarios/two-mass-stop.toml", tmp_path / "f.h5", method="shooting", range=(0.6, 0.65))
+    words = ["bands", tmp_path / "f.h5", "--deviation", "contact.gap=2%,contact.stiffness=1", "-o", tmp_path / "b.h5", "--json"]
+    said = json.loads(subprocess.run([command, *words], check=True, capture_output=True).stdout)
+    deviations = {"contact.gap": "2%", "contact.stiffness": 1.0}
+    for b in [sg.bands(family, deviations), sg.bands(tmp_path / "f.h5", deviations), sg.open(tmp_path / "b.h5")]:
+        assert list(b.sensitivity) == ["contact.gap", "contact.stiffness"] and len(b) == len(family) > 5
+        assert b.amplitude_deviation.tolist() == said["amplitude_deviation"] and b.sensitivity["contact.gap"].deviation == 0.02
+        parts = [by.amplitude * by.deviation for by in b.sensitivity.values()]
+        assert np.hypot(*parts) == pytest.approx(b.amplitude_deviation, rel=1e-12)
+    assert b.plot() is not None
+    with pytest.raises(sg.SceneError, match="orbits"):
+        sg.bands(b, deviations)
+
+
 def test_exponents_of_a_run():
     r = sg.run("scenarios/driven-stop.toml", lyapunov=2, lyapunov_periods=50)
     assert r.lyapunov.growths.shape == (50, 2)

@@ -6,15 +6,12 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use signorini::report::export::{self, ExportError, Plan, Selection, Written};
-use signorini::report::{
-    basins, comparison, crosscheck, diagram, families, phase_resonance, plane,
-};
+use signorini::report::{crosscheck, families};
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, content, read_basins, read_comparison, read_crosscheck,
-    read_curves, read_diagram, read_resonance, replace, without_ending,
+    Content, Outputs, Stored, StoredFamily, content, read_crosscheck, replace, without_ending,
 };
 
-use super::{Answer, CliError, Global};
+use super::{Answer, CliError, Global, one_picture};
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]
@@ -98,15 +95,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         let message = format!("{}: no such folder; create it first", folder.display());
         return Err(CliError::Input(message));
     }
-    let (written, states) = if matches!(
-        content(&arguments.file)?,
-        Content::Family
-            | Content::Comparison
-            | Content::Curves
-            | Content::Basins
-            | Content::Diagram
-            | Content::PhaseResonance
-    ) {
+    let kind = content(&arguments.file)?;
+    let is_table = kind == Content::Family || one_picture::name(kind).is_some();
+    let (written, states) = if is_table {
         (table(arguments, &outputs, &stem)?, None)
     } else {
         let stored = Stored::read(&arguments.file)?;
@@ -201,13 +192,9 @@ fn table(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Writte
     }
     let path = export::table(stem);
     outputs.check_derived(&path)?;
-    let text = match content(&arguments.file)? {
-        Content::Basins => basins::csv(&read_basins(&arguments.file)?),
-        Content::Diagram => diagram::csv(&read_diagram(&arguments.file)?),
-        Content::PhaseResonance => phase_resonance::csv(&read_resonance(&arguments.file)?),
-        Content::Curves => plane::csv(&read_curves(&arguments.file)?),
-        Content::Comparison => comparison::csv(&read_comparison(&arguments.file)?.comparison),
-        _ => match read_crosscheck(&arguments.file)? {
+    let text = match one_picture::table(content(&arguments.file)?, &arguments.file)? {
+        Some(text) => text,
+        None => match read_crosscheck(&arguments.file)? {
             Some(rows) => crosscheck::csv(&rows),
             None => families::csv(&StoredFamily::read(&arguments.file)?),
         },

@@ -5,7 +5,7 @@ use std::path::Path;
 use signorini::problem::Problem;
 use signorini::report::summary::mesh_warning;
 use signorini::scenario::{Issue, Scene};
-use signorini::store;
+use signorini::store::{self, Raw, attributes};
 
 use super::{CliError, Global};
 
@@ -35,4 +35,14 @@ pub(crate) fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
         }
     };
     Ok(Problem::new(scene, stored)?)
+}
+
+/// The scene of a file of results, with the place that it was read from; none where this version cannot read it.
+pub(crate) fn stored(file: &Path, text: &str) -> Option<Scene> {
+    let from = attributes(file, "").ok()?.into_iter().find(|(name, _)| name == "scene_file");
+    let from = match from {
+        Some((_, Raw::Words(words))) => words.into_iter().next().unwrap_or_default(),
+        _ => String::new(),
+    };
+    Scene::parse(text, from.as_ref()).ok()
 }

@@ -6,6 +6,7 @@
 mod answer;
 mod backbone;
 mod balance;
+mod bands;
 mod basins;
 mod caller;
 mod compare;
@@ -27,6 +28,7 @@ mod lyapunov;
 mod manual;
 mod modes;
 mod new;
+mod one_picture;
 mod orbit;
 mod phase_resonance;
 mod plot;
@@ -96,6 +98,8 @@ enum Command {
     Diagram(diagram::Arguments),
     /// A laboratory's test of phase resonance: the frequency is steered until the displacement lags a quarter of a period, value by value of a load
     PhaseResonance(phase_resonance::Arguments),
+    /// How far a family moves with numbers of its scene that are known to a standard deviation only: bands around backbones and responses
+    Bands(bands::Arguments),
     /// Harmonic-balance results against the equations in time: is each point a true motion?
     Crosscheck(crosscheck::Arguments),
     /// Pictures (SVG, PNG, PDF) of what a file holds
@@ -159,6 +163,7 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Basins(a) => task::run(a, global),
         Command::Diagram(a) => task::run(a, global),
         Command::PhaseResonance(a) => task::run(a, global),
+        Command::Bands(a) => task::run(a, global),
         Command::Crosscheck(a) => task::run(a, global),
         Command::Plot(a) => plot::run(a, global),
         Command::View(a) => view::run(a, global),

@@ -5,18 +5,17 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use signorini::report::comparison;
 use signorini::report::families;
 use signorini::report::figure::{self, Drawing, Style};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
-use signorini::report::{basins, diagram, phase_resonance, plane};
+use signorini::report::plane;
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, beside, content, read_basins, read_comparison,
-    read_crosscheck, read_curves, read_diagram, read_resonance, read_stored_orbit, without_ending,
+    Content, Outputs, Stored, StoredFamily, beside, content, read_crosscheck, read_curves,
+    read_resonance, read_stored_orbit, without_ending,
 };
 
-use super::{Answer, CliError, Global, view};
+use super::{Answer, CliError, Global, one_picture, view};
 
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
@@ -199,16 +198,12 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
     let kind = content(file)?;
     let checked = if kind == Content::Family { read_crosscheck(file)? } else { None };
     let known = match kind {
+        kind if one_picture::name(kind).is_some() => one_picture::name(kind).into_iter().collect(),
         Content::Run => pictures::names(),
         Content::Orbit => [pictures::names(), families::orbit_names()].concat(),
         Content::Family if checked.is_some() => families::check_names(),
         Content::Family => families::family_names(),
-        Content::Comparison => vec!["comparison"],
-        Content::Basins => vec!["basins"],
-        Content::Diagram => vec!["diagram"],
-        Content::PhaseResonance => vec!["phase-resonance"],
-        Content::Curves => vec!["curves"],
-        Content::Study => {
+        _ => {
             let text = "is of a study: `signorini study collect` draws it (--show), and `plot` the files of its tasks";
             return Err(CliError::Input(format!("{} {text}", file.display())));
         }
@@ -236,24 +231,7 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
             "--at: this file has no shapes; write one orbit with `signorini orbit`, or a run";
         return Err(CliError::Input(message.into()));
     }
-    if kind == Content::Comparison {
-        let sheet = comparison::picture(&read_comparison(file)?.comparison)?;
-        return arguments.save(&[Drawing { stem, sheet }]);
-    }
-    if kind == Content::Basins {
-        let sheet = basins::picture(&read_basins(file)?)?;
-        return arguments.save(&[Drawing { stem, sheet }]);
-    }
-    if kind == Content::Diagram {
-        let sheet = diagram::picture(&read_diagram(file)?)?;
-        return arguments.save(&[Drawing { stem, sheet }]);
-    }
-    if kind == Content::PhaseResonance {
-        let sheet = phase_resonance::picture(&read_resonance(file)?)?;
-        return arguments.save(&[Drawing { stem, sheet }]);
-    }
-    if kind == Content::Curves {
-        let sheet = plane::picture(&[read_curves(file)?])?;
+    if let Some((_, sheet)) = one_picture::picture(kind, file)? {
         return arguments.save(&[Drawing { stem, sheet }]);
     }
     let family = StoredFamily::read(file)?;

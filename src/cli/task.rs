@@ -74,6 +74,11 @@ pub(crate) trait Task {
     /// What it reads, and how it writes.
     fn files(&self) -> Files<'_>;
 
+    /// The scene: the caller's, or the file that the arguments name.
+    fn scene(&self, global: &Global) -> Result<Scene, CliError> {
+        Ok(global.scene(self.files().scene)?)
+    }
+
     /// The file of its results.
     fn output(&self, scene: &Scene) -> Result<PathBuf, CliError>;
 
@@ -90,8 +95,8 @@ pub(crate) trait Task {
 /// Carry a task out from its arguments to its answer.
 pub(crate) fn run<T: Task>(task: &T, global: &Global) -> Result<Answer, CliError> {
     let begun = Instant::now();
-    let Files { scene, read, force, resume } = task.files();
-    let scene = global.scene(scene)?;
+    let Files { read, force, resume, .. } = task.files();
+    let scene = task.scene(global)?;
     let path = task.output(&scene)?;
     let options = writer_options(global, &scene, &path, (force, resume), &read)?;
     let mut work = Work { global, scene, path, options, resume, begun };

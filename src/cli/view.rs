@@ -8,18 +8,15 @@ use serde_json::json;
 
 use signorini::families::motions::{Motions, NoMotion};
 use signorini::problem::materials;
-use signorini::report::comparison;
 use signorini::report::figure::Style;
 use signorini::report::page::{self, View};
-use signorini::report::{basins, diagram, phase_resonance, plane};
 use signorini::scenario::Scene;
 use signorini::store::{
-    Content, Outputs, Raw, Stored, StoredFamily, attributes, content, read_basins, read_comparison,
-    read_curves, read_diagram, read_resonance, read_stored_orbit, replace,
+    Content, Outputs, Stored, StoredFamily, content, read_stored_orbit, replace,
 };
 
 use super::progress::Bar;
-use super::{Answer, CliError, Global, load};
+use super::{Answer, CliError, Global, load, one_picture};
 
 /// Arguments of `view`.
 #[derive(Debug, Args)]
@@ -73,40 +70,20 @@ pub(super) fn write(
 }
 
 fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError> {
-    Ok(match content(file)? {
-        Content::Comparison => {
-            let stored = read_comparison(file)?;
-            let sheet = comparison::picture(&stored.comparison)?;
-            View::picture(&name(file), &stored.comparison.title, &sheet.svg(&Style::default())?)
-        }
-        Content::Basins => {
-            let stored = read_basins(file)?;
-            let sheet = basins::picture(&stored)?;
-            View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
-        }
-        Content::Diagram => {
-            let stored = read_diagram(file)?;
-            let sheet = diagram::picture(&stored)?;
-            View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
-        }
-        Content::PhaseResonance => {
-            let stored = read_resonance(file)?;
-            let sheet = phase_resonance::picture(&stored)?;
-            View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
-        }
-        Content::Curves => {
-            let stored = read_curves(file)?;
-            let sheet = plane::picture(std::slice::from_ref(&stored))?;
-            View::picture(&name(file), &stored.head.title, &sheet.svg(&Style::default())?)
-        }
+    let kind = content(file)?;
+    if let Some((title, sheet)) = one_picture::picture(kind, file)? {
+        return Ok(View::picture(&name(file), &title, &sheet.svg(&Style::default())?));
+    }
+    Ok(match kind {
         Content::Study => {
             let text = "is of a study; give the files of its tasks (NAME.study/tasks/…/result.h5)";
             return Err(CliError::Input(format!("{} {text}", file.display())));
         }
         Content::Family => of_family(global, file, files)?,
-        Content::Run | Content::Orbit => {
+        // all others are of one picture
+        _ => {
             let stored = Stored::read(file)?;
-            let scene = scene(file, &stored.scene);
+            let scene = load::stored(file, &stored.scene);
             let of_bodies = scene.as_ref().map(materials).unwrap_or_default();
             View::run(stored.whole()?, &of_bodies, read_stored_orbit(file)?.as_ref())
         }
@@ -115,16 +92,6 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
 
 fn name(file: &Path) -> String {
     file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
-}
-
-/// The scene of a file, with the place that it was read from.
-fn scene(file: &Path, text: &str) -> Option<Scene> {
-    let from = attributes(file, "").ok()?.into_iter().find(|(name, _)| name == "scene_file");
-    let from = match from {
-        Some((_, Raw::Words(words))) => words.into_iter().next().unwrap_or_default(),
-        _ => String::new(),
-    };
-    Scene::parse(text, from.as_ref()).ok()
 }
 
 /// States of an orbit, at least and at most.
@@ -136,7 +103,7 @@ const BYTES: usize = 9_500_000;
 fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliError> {
     let family = StoredFamily::read(file)?;
     let rest = Stored::body(file)?;
-    let Some(scene) = scene(file, &family.scene) else {
+    let Some(scene) = load::stored(file, &family.scene) else {
         let why =
             "the scene that made it cannot be read by this version: its orbits cannot be played";
         return Ok(View::family(&family, &rest, &[], (&[], 1), Some(why)));

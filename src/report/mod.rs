@@ -1,5 +1,6 @@
 //! Summaries and pictures: plain data in, no solver known.
 
+pub mod bands;
 pub mod basins;
 pub mod comparison;
 pub mod crosscheck;

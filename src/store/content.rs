@@ -20,6 +20,8 @@ pub enum Content {
     Diagram,
     /// A test of phase resonance.
     PhaseResonance,
+    /// Bands of a family.
+    Bands,
     /// Curves over a number of the scene.
     Curves,
     /// Contact methods side by side.
@@ -45,6 +47,9 @@ pub fn content(path: &Path) -> Result<Content, StoreError> {
     }
     if file.link_exists("phase_resonance") {
         return Ok(Content::PhaseResonance);
+    }
+    if file.link_exists("bands") {
+        return Ok(Content::Bands);
     }
     if file.link_exists("curves") {
         return Ok(Content::Curves);

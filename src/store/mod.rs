@@ -4,6 +4,7 @@
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
 mod background;
+mod bands;
 mod basins;
 mod bodies;
 mod careful;
@@ -52,6 +53,7 @@ mod watched;
 mod writer;
 
 pub(crate) use background::Background;
+pub use bands::{StoredBands, read_bands, write_bands};
 pub use basins::{StoredBasins, read_basins, write_basins};
 pub use columns::datasets;
 pub(crate) use columns::switch_columns;

@@ -87,8 +87,13 @@ pub fn held(path: &Path) -> Result<Vec<Held>, StoreError> {
         let known = datasets();
         // a group a parameter, a curve, an attractor
         let in_groups = |h: &Held| {
-            let groups =
-                ["sensitivity/KEY", "phase_resonance/sensitivity/KEY", "curves/K", "attractors/K"];
+            let groups = [
+                "sensitivity/KEY",
+                "phase_resonance/sensitivity/KEY",
+                "bands/sensitivity/KEY",
+                "curves/K",
+                "attractors/K",
+            ];
             groups.into_iter().find_map(|group| {
                 let (all, _) = group.rsplit_once('/')?;
                 let (_, name) = h.name.strip_prefix(all)?.strip_prefix('/')?.rsplit_once('/')?;

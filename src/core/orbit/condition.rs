@@ -60,6 +60,13 @@ pub(super) fn angle(x_less_one: &Mat<f64>) -> Result<Option<f64>, OrbitError> {
     Ok(pair.map(|m| m.1.atan2(m.0)).filter(|theta| (0.0..PI).contains(theta)))
 }
 
+/// The singular vector of a matrix for its least singular value: what it takes to nothing, if it does so.
+pub(super) fn null_vector(a: &Mat<f64>) -> Result<Vec<f64>, OrbitError> {
+    let svd = a.svd().map_err(|_| OrbitError::Eigen("singular vectors of the monodromy matrix"))?;
+    let (v, last) = (svd.V(), a.nrows() - 1);
+    Ok((0..a.nrows()).map(|i| v[(i, last)]).collect())
+}
+
 /// `b` and `c`, of one column, or of two where `A` is complex.
 #[derive(Debug, Clone)]
 pub(super) struct Borders {

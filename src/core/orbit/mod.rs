@@ -23,6 +23,7 @@
 //! - [`lyapunov`] — how fast the neighbours of a motion part from it;
 //! - [`condition`], [`values`], [`curve`] — orbits that are singled out (folds, doublings, grazings, peaks) as curves over a number that the equations depend on;
 //! - [`attractor`], [`settle`], [`basin`] — what a forced body does in the long run, and to which of several attractors a motion comes;
+//! - [`torus`], [`rotation`] — motions of two frequencies: closed curves of the period map, how far they are gone around;
 //! - `highest` — the largest energy of a motion;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
@@ -83,6 +84,8 @@ pub mod sensitivity;
 pub mod settle;
 pub mod shooting;
 pub(crate) mod tangent;
+#[doc(hidden)]
+pub mod torus;
 mod touch;
 #[doc(hidden)]
 pub mod values;
@@ -172,7 +175,7 @@ pub enum OrbitError {
 
 impl OrbitError {
     /// The motion from one state could not be followed, or is none: what a search meets on its way, and goes around.
-    pub(crate) fn is_of_one_motion(&self) -> bool {
+    pub fn is_of_one_motion(&self) -> bool {
         matches!(
             self,
             OrbitError::Incomplete(_)

@@ -5,6 +5,7 @@
 //! they stand by their [`bits`].
 
 mod attractor;
+mod bands;
 mod basins;
 #[doc(hidden)]
 pub mod bits;
@@ -22,6 +23,7 @@ mod special;
 
 pub(crate) use attractor::largest;
 pub use attractor::{AttractorKind, AttractorRecord};
+pub use bands::{BandRow, Bands, Deviation, Heights};
 pub use basins::{AttractorFound, Basins, Fate, Share, Starts, StateAxis};
 pub use check::{CheckRow, VerdictKind};
 pub use curve::{Curve, CurveOf, CurvePoint, CurvePointKind, Curves};
