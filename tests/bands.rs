@@ -163,3 +163,22 @@ fn files_of_bands_are_shown_and_what_makes_no_sense_is_refused() {
     refused(&["bands", &file, "--deviation", "contact.gap=0.1", "-o", &other], "backbone");
     refused(&["bands", &family, "--deviation", "contact.gap=0.1", "-o", &family], "response.h5");
 }
+
+/// Orbits of families that friction holds have no derivative: some rest is anybody's.
+#[test]
+fn what_friction_holds_has_no_band() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let text = std::fs::read_to_string(crate::common::root().join("scenarios/shaken-block.toml"));
+    let text = text.unwrap();
+    let line = text.lines().find(|l| l.starts_with("elements = ")).unwrap();
+    let coarse = text.replace(line, "elements = [4, 2]") + "\n[orbit]\nrange = [0.7, 0.8]\n";
+    std::fs::write(at("block.toml"), coarse).unwrap();
+    let family = at("family.h5");
+    json(&["response", &at("block.toml"), "--method", "shooting", "--step", "1", "-o", &family]);
+    let (all, _) = bands(&folder, &family, "contact.friction=5%");
+    assert!(!all.rows.is_empty());
+    for row in &all.rows {
+        assert!(row.by[0][0].is_nan() && row.note.contains("friction"), "{row:?}");
+    }
+}

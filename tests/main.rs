@@ -85,6 +85,7 @@ mod superelements;
 mod sweeps;
 mod swings;
 mod threads;
+mod tori;
 mod trust;
 mod units;
 mod viscous;

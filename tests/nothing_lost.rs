@@ -383,7 +383,7 @@ fn goes_on(scene: &str, cut: &str, whole: &str, note: &serde_json::Value) {
     assert!(String::from_utf8_lossy(&again.stdout).contains("nothing is left to do"));
 }
 
-/// Basins, diagrams and tests of phase resonance, written again and again while they are computed.
+/// Basins, diagrams, tests of phase resonance, tori and bands, written again and again while they are computed.
 #[test]
 fn basins_and_diagrams_go_on() {
     let folder = TempDir::new().unwrap();
@@ -392,11 +392,17 @@ fn basins_and_diagrams_go_on() {
     let over = "load[0].amplitude=0.05,0.4";
     let diagram = ["diagram", scene, "--omega", "0.7", "--over", over, "--steps", "30"];
     let test = ["phase-resonance", scene, "--over", over, "--steps", "4", "--noise", "0.01"];
+    let tori = ["tori", "scenarios/two-frequencies.toml", "--omega", "2.9209", "--curves", "8"];
+    let family = at(&folder, "family.h5");
+    expect(0, &["response", scene, "--method", "shooting", "--range", "0.6,0.7", "-o", &family]);
+    let bands = ["bands", &family, "--deviation", "contact.gap=2%"];
     for (name, words, looks) in [
         ("basins", basins.to_vec(), [12, 15]),
         ("diagram", diagram.map(str::to_owned).to_vec(), [12, 15]),
         // in the middle of the first value, and of a later one
         ("test", test.map(str::to_owned).to_vec(), [100, 1000]),
+        ("tori", tori.map(str::to_owned).to_vec(), [4, 7]),
+        ("bands", bands.map(str::to_owned).to_vec(), [10, 12]),
     ] {
         let (whole, cut) =
             (at(&folder, &format!("{name}-whole.h5")), at(&folder, &format!("{name}-cut.h5")));

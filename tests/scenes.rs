@@ -7,7 +7,7 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 39] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 40] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("beam", 16, 1.4059687900e2, 4.3624021719e2, 2.6014009249e-10, 2083),
     ("blade", 14, 3.2864317559e1, 4.8349042385e2, 4.0216530832e-8, 16094),
@@ -36,6 +36,7 @@ const GOLDEN: [(&str, usize, f64, f64, f64, u64); 39] = [
     ("sphere", 88, 5.0000000000e-1, 1.6922991372e1, 8.3775327552e-6, 40059),
     ("sphere-eighth", 26, 5.0000000000e-1, 1.6699643523e1, 1.0407217709e-6, 18624),
     ("squeal-belt", 312, 1.3788038101e0, 1.1987793766e2, 1.7506636645e-1, 572),
+    ("two-frequencies", 79, 9.8338824183e-1, 8.5048591841e1, 6.7080441302e-2, 290),
     ("two-mass-stop", 72, 41.4010668552, 378.0610918347, 0.3995673372, 394),
     ("vadcard", 6, 1.209713529e-3, 1.405849021e-3, 8.026203612e1, 190),
     ("valve", 96, 1.0011765660e0, 8.1318328618e1, 1.4816785108e-4, 2969),

@@ -10,7 +10,7 @@ have the names of the JSON keys of the command line, arrays as NumPy arrays; ``o
 are values; bad input is a ``SceneError`` with file, line and key. Units are those of the scene.
 """
 
-from ._commands import backbone, bands, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, phase_resonance, response, run
+from ._commands import backbone, bands, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, phase_resonance, response, run, tori
 from ._errors import FileError, NumericsError, SceneError, SignoriniError
 from ._files import Group
 from ._mesh import Mesh
@@ -31,6 +31,7 @@ from ._results import (
     Point,
     Result,
     Run,
+    Tori,
     Verdict,
     open,
 )
@@ -61,6 +62,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "SignoriniError",
+    "Tori",
     "Verdict",
     "__version__",
     "backbone",
@@ -77,4 +79,5 @@ __all__ = [
     "phase_resonance",
     "response",
     "run",
+    "tori",
 ]

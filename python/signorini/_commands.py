@@ -19,7 +19,7 @@ from . import _signorini
 from ._errors import SceneError
 from ._files import Store, scratch
 from ._progress import Progress, Shown
-from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, PhaseResonance, Result, Run, Verdict, load
+from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, PhaseResonance, Result, Run, Tori, Verdict, load
 from ._results import open as open_results
 from ._scene import Scene, ScenePath, as_scene
 
@@ -476,6 +476,34 @@ def phase_resonance(
     options = {"over": _over(over), "steps": steps, "omega": omega, "gains": pair, "tolerance": tolerance, "noise": noise}
     options |= {"average": average, "seed": seed, "ratio": ratio, "sensitivity": sensitivity or None, "resume": resume, "force": force}
     return _result(*_to_file("phase-resonance", scene, output, options, progress))
+
+
+def tori(
+    scene: AnyScene,
+    omega: float,
+    output: Output = None,
+    *,
+    curves: int | None = None,
+    size: float | None = None,
+    range: tuple[float, float] | None = None,
+    ratio: float | None = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+) -> Tori:
+    """Motions of two frequencies, from where an orbit loses its stability to one on: closed curves of the period map, size by size.
+
+    Args:
+        omega: circular frequency of an orbit next to the point at which a pair of its multipliers leaves the unit circle.
+        curves: how many [default: 20].
+        size: of the first one, and first step: norm of its first coefficient [default: a hundredth of the unit of states].
+        range: frequencies that they are followed in [default: within a fifth of ``omega``].
+        ratio: damping ratio [default: that of the scene].
+        output, resume, force, progress: as for ``run``.
+    """
+    ends = None if range is None else _list(range)
+    options = {"omega": omega, "curves": curves, "size": size, "range": ends, "ratio": ratio, "resume": resume, "force": force}
+    return _result(*_to_file("tori", scene, output, options, progress))
 
 
 def bands(

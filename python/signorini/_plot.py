@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Orbit, PhaseResonance, Result, Run
+from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Orbit, PhaseResonance, Result, Run, Tori
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ def draw(result: Result, **options: Any) -> Figure:
             self.savefig(image, format="png", dpi=110)
             return image.getvalue()
 
-    drawn = [(Bands, _bands), (Basins, _basins), (Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Diagram, _diagram), (Family, _family), (Orbit, _orbit), (PhaseResonance, _phase_resonance), (Run, _run)]
+    drawn = [(Bands, _bands), (Basins, _basins), (Comparison, _comparison), (Crosscheck, _crosscheck), (Curves, _curves), (Diagram, _diagram), (Family, _family), (Orbit, _orbit), (PhaseResonance, _phase_resonance), (Run, _run), (Tori, _tori)]
     for kind, of in drawn:
         if isinstance(result, kind):
             return of(Shown, result, **options)
@@ -99,6 +99,19 @@ def _phase_resonance(figure: type[Figure], test: PhaseResonance) -> Figure:
     _clean(heights, "", "largest contact displacement")
     _clean(losses, "frequency", "damping ratio W/(4πK)")
     heights.set_title(f"{test.title}: phase resonance over {test.key}", loc="left")
+    return shown
+
+
+def _tori(figure: type[Figure], tori: Tori) -> Figure:
+    shown = figure(figsize=(7, 6), layout="constrained")
+    section, numbers = shown.subplots(2, 1, height_ratios=[2, 1])
+    for k, curve in enumerate(tori.curves):
+        closed = np.vstack([curve.lead, curve.lead[:1]])
+        section.plot(*closed.T, lw=1, color=COLOURS[0], alpha=0.3 + 0.7 * (k + 1) / len(tori))
+    numbers.plot(tori.omega, tori.rotation_number, ".-", color=COLOURS[0], lw=1)
+    _clean(section, "displacement of the contact point that moves most", "its velocity")
+    _clean(numbers, "frequency of the loads", "rotation number")
+    section.set_title(f"{tori.title}: motions of two frequencies", loc="left")
     return shown
 
 

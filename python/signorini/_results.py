@@ -986,6 +986,40 @@ class Bands(Result):
         return f"{self.title!r}: {self.status}, {int(np.isfinite(self.amplitude_deviation).sum())} of {len(self)} orbits with derivatives by {', '.join(self.sensitivity)}"
 
 
+class Tori(Result):
+    """Motions of two frequencies, a row a closed curve of the period map: from where an orbit loses its stability to one on.
+
+    Attributes:
+        omega, rotation_number, size (of the first coefficient), tail (the last coefficients over it), attraction (below 1: it attracts), amplitude, force [n].
+        start: frequency of the orbit that it begins at; ``end``, how it ended.
+        curves: by number ``x`` [2 K + 1, 2 n_o], states at phase zero of the loads, and ``lead`` [2 K + 1, 2], displacement and velocity of the contact point that moves most.
+    """
+
+    omega: np.ndarray
+    rotation_number: np.ndarray
+    size: np.ndarray
+    tail: np.ndarray
+    attraction: np.ndarray
+    amplitude: np.ndarray
+    force: np.ndarray
+    start: float
+    end: str
+    wall_s: float
+
+    def _groups(self) -> list[str]:
+        return ["tori"]
+
+    @property
+    def curves(self) -> list[Group]:
+        return [self["tori"][str(k)] for k in range(len(self))]
+
+    def __len__(self) -> int:
+        return len(self.omega)
+
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}, {len(self)} curves, {self.end}"
+
+
 class Comparison(Result):
     """Contact methods, meshes and parameters side by side, one row each; its columns by name [rows].
 
@@ -1038,7 +1072,7 @@ class Modes:
         return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"
 
 
-AnyResult = Union[Run, Orbit, Family, Crosscheck, Bands, Curves, Diagram, PhaseResonance, Basins, Comparison]
+AnyResult = Union[Run, Orbit, Family, Crosscheck, Bands, Tori, Curves, Diagram, PhaseResonance, Basins, Comparison]
 
 
 def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
@@ -1050,6 +1084,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
         ("diagram", Diagram),
         ("phase_resonance", PhaseResonance),
         ("bands", Bands),
+        ("tori", Tori),
         ("curves", Curves),
         ("crosscheck", Crosscheck),
         ("backbone", Family),
@@ -1063,7 +1098,7 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
 
 
 def open(path: str | PathLike[str]) -> AnyResult:
-    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Bands``, ``Curves``, ``Diagram``, ``PhaseResonance``, ``Basins`` or ``Comparison``.
+    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck``, ``Bands``, ``Tori``, ``Curves``, ``Diagram``, ``PhaseResonance``, ``Basins`` or ``Comparison``.
 
     Raises:
         FileNotFoundError: there is none.

@@ -37,6 +37,9 @@ pub struct Arguments {
     output: Output,
 }
 
+/// Deviations are not smaller, nor larger: their squares are numbers.
+const SIZES: (f64, f64) = (1e-100, 1e100);
+
 /// `KEY=SIGMA` or `KEY=PERCENT%`, of a number of a scene.
 fn deviation(scene: &Scene, text: &str) -> Result<Deviation, CliError> {
     let refuse = || {
@@ -45,13 +48,22 @@ fn deviation(scene: &Scene, text: &str) -> Result<Deviation, CliError> {
     };
     let (key, size) = text.split_once('=').ok_or_else(refuse)?;
     let (key, size) = (key.trim(), size.trim());
+    if key == "omega" {
+        return Err(CliError::Input(
+            "--deviation omega: families are drawn over it; leave it out".into(),
+        ));
+    }
     let value = scene.number(key)?;
+    if value == 0.0 && size.ends_with('%') {
+        let text = format!("--deviation {text}: the number is 0; give the deviation in its unit");
+        return Err(CliError::Input(text));
+    }
     let number = |s: &str| s.trim().parse::<f64>().ok();
     let sigma = match size.strip_suffix('%') {
         Some(percent) => number(percent).map(|p| p / 100.0 * value.abs()),
         None => number(size),
     };
-    let sigma = sigma.filter(|s| s.is_finite() && *s > 0.0).ok_or_else(refuse)?;
+    let sigma = sigma.filter(|s| (SIZES.0..=SIZES.1).contains(s)).ok_or_else(refuse)?;
     Ok(Deviation { key: key.to_owned(), value, sigma })
 }
 
@@ -94,6 +106,13 @@ impl Task for Arguments {
     fn plan(&self, work: &mut Work) -> Result<Request, CliError> {
         let scene = &work.scene;
         let family = StoredFamily::read(&self.family)?;
+        let ratios = family.branches.iter().filter(|b| b.percent().is_some()).count();
+        let is_share = |t: &&String| t.trim_start().starts_with("damping.ratio") && t.contains('%');
+        if let Some(text) = self.deviation.iter().find(is_share).filter(|_| ratios > 0) {
+            return Err(CliError::Input(format!(
+                "--deviation {text}: the branches of the family have damping ratios of their own; give the deviation as a ratio: damping.ratio=0.002"
+            )));
+        }
         let mut deviations = vec![];
         for text in &self.deviation {
             deviations.push(deviation(scene, text)?);

@@ -293,6 +293,7 @@ fn kind(path: &Path) -> &'static str {
         Ok(Content::Basins) => "basins",
         Ok(Content::Diagram) => "a bifurcation diagram",
         Ok(Content::PhaseResonance) => "a test of phase resonance",
+        Ok(Content::Tori) => "motions of two frequencies",
         Ok(Content::Bands) => "the bands of a family",
         Ok(Content::Curves) => "curves",
         Ok(Content::Comparison) => "`compare`",

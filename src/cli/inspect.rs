@@ -19,7 +19,7 @@ use signorini::store::{
 
 use super::{
     Answer, CliError, Global, bands, basins, curve, diagram, inspect_matrix, inspect_mesh,
-    inspect_scene, phase_resonance,
+    inspect_scene, phase_resonance, tori,
 };
 
 /// Arguments of `inspect`.
@@ -125,6 +125,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         Content::PhaseResonance => {
             return phase_resonance::inspect(&arguments.file, arguments.scene, global);
         }
+        Content::Tori => return tori::inspect(&arguments.file, arguments.scene, global),
         Content::Bands => return bands::inspect(&arguments.file, arguments.scene, global),
         Content::Curves => return curve::inspect(&arguments.file, arguments.scene, global),
         Content::Comparison => return compared(arguments, global),

@@ -42,6 +42,7 @@ mod run;
 mod schema;
 mod study;
 mod task;
+mod tori;
 mod trust;
 mod validate;
 mod view;
@@ -98,6 +99,8 @@ enum Command {
     Diagram(diagram::Arguments),
     /// A laboratory's test of phase resonance: the frequency is steered until the displacement lags a quarter of a period, value by value of a load
     PhaseResonance(phase_resonance::Arguments),
+    /// Motions of two frequencies: closed curves of the period map, from where an orbit loses its stability to one
+    Tori(tori::Arguments),
     /// How far a family moves with numbers of its scene that are known to a standard deviation only: bands around backbones and responses
     Bands(bands::Arguments),
     /// Harmonic-balance results against the equations in time: is each point a true motion?
@@ -163,6 +166,7 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Basins(a) => task::run(a, global),
         Command::Diagram(a) => task::run(a, global),
         Command::PhaseResonance(a) => task::run(a, global),
+        Command::Tori(a) => task::run(a, global),
         Command::Bands(a) => task::run(a, global),
         Command::Crosscheck(a) => task::run(a, global),
         Command::Plot(a) => plot::run(a, global),

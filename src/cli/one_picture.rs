@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use signorini::report::figure::Sheet;
-use signorini::report::{bands, basins, comparison, diagram, phase_resonance, plane};
+use signorini::report::{bands, basins, comparison, diagram, phase_resonance, plane, tori};
 use signorini::store::{
     Content, read_bands, read_basins, read_comparison, read_curves, read_diagram, read_resonance,
+    read_tori,
 };
 
 use super::CliError;
@@ -18,6 +19,7 @@ pub(super) fn name(kind: Content) -> Option<&'static str> {
         Content::Diagram => Some("diagram"),
         Content::PhaseResonance => Some("phase-resonance"),
         Content::Bands => Some("bands"),
+        Content::Tori => Some("tori"),
         Content::Curves => Some("curves"),
         Content::Run | Content::Orbit | Content::Family | Content::Study => None,
     }
@@ -54,6 +56,11 @@ pub(super) fn picture(
             let sheet = bands::picture(&stored)?;
             (stored.head.title, sheet)
         }
+        Content::Tori => {
+            let stored = read_tori(file)?;
+            let sheet = tori::picture(&stored)?;
+            (stored.head.title, sheet)
+        }
         Content::Curves => {
             let stored = read_curves(file)?;
             let sheet = plane::picture(std::slice::from_ref(&stored))?;
@@ -71,6 +78,7 @@ pub(super) fn table(kind: Content, file: &Path) -> Result<Option<String>, CliErr
         Content::Diagram => diagram::csv(&read_diagram(file)?),
         Content::PhaseResonance => phase_resonance::csv(&read_resonance(file)?),
         Content::Bands => bands::csv(&read_bands(file)?),
+        Content::Tori => tori::csv(&read_tori(file)?),
         Content::Curves => plane::csv(&read_curves(file)?),
         Content::Run | Content::Orbit | Content::Family | Content::Study => return Ok(None),
     }))

@@ -1,10 +1,11 @@
 //! Families with bands: how far each orbit moves with numbers of the scene that are not known exactly ([`crate::orbit::sensitivity`]), all points side by side.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 
-use super::parameters::{FREQUENCY, parameter};
+use super::parameters::parameter;
 use super::start;
 use super::viscous::Viscosity;
 use super::{FamilyError, digest, state_of};
@@ -17,6 +18,9 @@ use crate::problem::{Problem, ProblemError};
 use crate::records::{BandRow, Bands, Branch, Deviation, Heights, OrbitRecord, PointRecord};
 use crate::scenario::Scene;
 use crate::store::StoredFamily;
+
+/// Amplitudes of one orbit agree to this.
+const SAME: f64 = 1e-6;
 
 /// Told of what is known after each row.
 pub type Take<'a> = &'a mut dyn FnMut(&Bands) -> Result<Go, FamilyError>;
@@ -100,8 +104,14 @@ impl Ready {
         let mut z = body.frame(&state_of(&body.system, record));
         z.truncate(closure.sizes(body.n()).1);
         z.extend(record.viscous.as_ref().map(|v| v.alpha));
-        let effort = Effort { multipliers: false, rescue: false, ..Effort::of(closure) };
+        // multipliers tell a family that friction holds: its orbits have no derivative of their own
+        let multipliers = body.system.tangents().is_some();
+        let effort = Effort { multipliers, rescue: false, ..Effort::of(closure) };
         Ok(match find(body, closure, &z, omega, &effort) {
+            Ok(Verdict::Orbit(orbit)) if orbit.residual_positions().is_some_and(|k| k > 0) => Err(
+                "the orbit is one of a family that friction holds: it has no derivative of its own"
+                    .into(),
+            ),
             Ok(Verdict::Orbit(mut orbit)) => {
                 orbit.stability = None;
                 Ok(*orbit)
@@ -117,11 +127,27 @@ impl Ready {
         let place = (point.branch, point.index);
         let heights = [record.amplitude, record.energy];
         let numbers = self.parameters.len();
+        if !record.u0.iter().chain(&record.v0).all(|x| x.is_finite()) {
+            let note = "its state is damaged".into();
+            return Ok(BandRow::without(place, (point.omega, heights), numbers, note));
+        }
         let without =
             |note: String| Ok(BandRow::without(place, (point.omega, heights), numbers, note));
         let orbit = match self.orbit(record)? {
             Ok(orbit) => orbit,
             Err(why) => return without(why),
+        };
+        // those of a series of harmonic balance are of the orbit that it approximates
+        let is_other = (orbit.amplitude - record.amplitude).abs() > SAME * record.amplitude.abs();
+        let heights = match &point.series {
+            Some(_) => [orbit.amplitude, orbit.energy],
+            None if is_other => {
+                return without(format!(
+                    "from its state another orbit is found, of the amplitude {:.6e}",
+                    orbit.amplitude
+                ));
+            }
+            None => heights,
         };
         let mut by_frequency = match orbit.closure {
             Closure::Limit => None,
@@ -168,11 +194,6 @@ pub fn check(
     let Some(first) = orbits(family).into_iter().find_map(|p| Some((p, p.orbit.as_ref()?))) else {
         return Ok(());
     };
-    if deviations.iter().any(|d| d.key == FREQUENCY) {
-        let message = "is what the family is drawn over";
-        let issue = crate::scenario::Issue::new(FREQUENCY, message, "leave it out");
-        return Err(scene.error(issue).into());
-    }
     Ready::new(scene, (family.branches.get(first.0.branch), first.1), deviations).map(drop)
 }
 
@@ -193,13 +214,15 @@ pub fn follow(
         let mut bodies: BTreeMap<usize, Ready> = BTreeMap::new();
         let mut row = |point: &PointRecord| -> Result<Option<BandRow>, FamilyError> {
             let Some(orbit) = &point.orbit else { return Ok(None) };
-            if !bodies.contains_key(&point.branch) {
-                let branch = (family.branches.get(point.branch), orbit);
-                let ready = Ready::new(scene, branch, &deviations).map_err(|e| failed(&e))?;
-                bodies.insert(point.branch, ready);
-            }
-            let ready = bodies.get_mut(&point.branch);
-            Ok(ready.map(|ready| ready.row(point, orbit)).transpose()?)
+            let ready = match bodies.entry(point.branch) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(place) => {
+                    let branch = (family.branches.get(point.branch), orbit);
+                    let ready = Ready::new(scene, branch, &deviations).map_err(|e| failed(&e))?;
+                    place.insert(ready)
+                }
+            };
+            Ok(Some(ready.row(point, orbit)?))
         };
         while let Some(point) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
             if stop.load(Ordering::Relaxed) || ends_now() {

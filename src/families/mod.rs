@@ -5,7 +5,7 @@
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
 //! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program,
 //! [`bands`] differentiates the orbits of a family by numbers of its scene, [`conservative`] looks near those of a viscous family, [`damped`] goes from amplitude to amplitude, [`doubling`] beside the period doublings of a response.
-//! [`basins`] tells from which states which attractor is reached. [`curves`] follows what is singled out of a response over a number of the scene. [`sweep`] lets a body settle at one frequency after the other, [`diagram`] at one value of a number after the other, [`phase_resonance`] steers its frequency there to a quarter period of lag, [`through`] follows the branches through the orbits that it met. [`start`] says where they begin, [`single`] finds one orbit, [`parameters`] are the numbers of a scene that it is differentiated by, [`viscous`] how viscous they are, [`statement`] how far off their energies
+//! [`basins`] tells from which states which attractor is reached. [`curves`] follows what is singled out of a response over a number of the scene. [`sweep`] lets a body settle at one frequency after the other, [`diagram`] at one value of a number after the other, [`phase_resonance`] steers its frequency there to a quarter period of lag, [`tori`] follows motions of two frequencies, [`through`] follows the branches through the orbits that it met. [`start`] says where they begin, [`single`] finds one orbit, [`parameters`] are the numbers of a scene that it is differentiated by, [`viscous`] how viscous they are, [`statement`] how far off their energies
 //! may be.
 
 pub mod bands;
@@ -31,6 +31,7 @@ pub mod statement;
 mod summit;
 pub mod sweep;
 pub mod through;
+pub mod tori;
 pub mod viscous;
 
 pub(crate) use known::Known;

@@ -19,4 +19,5 @@ pub mod precision;
 pub mod spectrum;
 pub mod study;
 pub mod summary;
+pub mod tori;
 pub mod trust;

@@ -20,6 +20,8 @@ pub enum Content {
     Diagram,
     /// A test of phase resonance.
     PhaseResonance,
+    /// Motions of two frequencies.
+    Tori,
     /// Bands of a family.
     Bands,
     /// Curves over a number of the scene.
@@ -47,6 +49,9 @@ pub fn content(path: &Path) -> Result<Content, StoreError> {
     }
     if file.link_exists("phase_resonance") {
         return Ok(Content::PhaseResonance);
+    }
+    if file.link_exists("tori") {
+        return Ok(Content::Tori);
     }
     if file.link_exists("bands") {
         return Ok(Content::Bands);

@@ -48,6 +48,7 @@ mod study;
 mod sweep;
 mod swings;
 mod table;
+mod tori;
 mod trajectory;
 mod watched;
 mod writer;
@@ -87,6 +88,7 @@ pub use statement::write_statement;
 pub use stored::StoredFamily;
 pub(crate) use study::{is_collected, write_study};
 pub(crate) use swings::StoredSwings;
+pub use tori::{StoredTori, read_tori, write_tori};
 pub use watched::StoredProbe;
 pub(crate) use writer::Writer;
 

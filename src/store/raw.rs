@@ -91,6 +91,7 @@ pub fn held(path: &Path) -> Result<Vec<Held>, StoreError> {
                 "sensitivity/KEY",
                 "phase_resonance/sensitivity/KEY",
                 "bands/sensitivity/KEY",
+                "tori/K",
                 "curves/K",
                 "attractors/K",
             ];

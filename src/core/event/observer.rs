@@ -9,6 +9,9 @@ use super::switch::{Grazing, Switch};
 use crate::contact::States;
 use crate::fem::Loads;
 
+/// Windows that begin within so many steps between stored states behind a switch are those of a phase that may be short.
+pub(super) const SOON: f64 = 16.0;
+
 /// A stored state.
 #[derive(Debug)]
 pub struct Sample<'a> {
@@ -69,7 +72,7 @@ pub trait Observer {
     fn sees_contact_alone(&self) -> bool {
         false
     }
-    /// So many states besides are told of each window of a flow that begins as soon after a switch as one stored state follows another: a phase that is over sooner is seen.
+    /// So many states besides are told of each window of a flow that begins within so many stored states behind a switch ([`SOON`]): a short phase is seen.
     fn looks_behind_switches(&self) -> usize {
         0
     }

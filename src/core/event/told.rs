@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use super::Options;
 use super::log::Log;
+use super::observer::SOON;
 
 /// What was told so far.
 pub(super) struct Told {
@@ -45,7 +46,7 @@ impl Told {
 
     /// The times in a window at which so many states besides are told, where it follows a switch.
     pub fn besides(&self, (a, b): (f64, f64), looks: usize, options: &Options) -> Vec<f64> {
-        if looks == 0 || (a - self.began) * options.samples as f64 > options.until {
+        if looks == 0 || (a - self.began) * options.samples as f64 > SOON * options.until {
             return vec![];
         }
         let step = (b - a) / (looks + 1) as f64;

@@ -26,8 +26,9 @@ const PERIODS: usize = EXPONENT.0 + EXPONENT.1 * EXPONENT.2;
 const CHAOTIC: (f64, f64) = (0.01, 4.0);
 /// What came back as near as this comes back for good, in the end.
 const RETURNED: f64 = 1e-4;
-/// What is chaotic or quasi-periodic by its exponent is waited for so many periods more: a fall off a fold takes its time, and ends.
+/// What is clearly chaotic by its exponent, a period, is waited for so many periods more, all else as long as at first: a fall off a fold takes its time, and ends.
 const AGAIN: usize = 80;
+const CLEAR: f64 = 0.05;
 /// Periods that are looked at of what is not periodic.
 const LOOKED_AT: usize = 40;
 /// Stored states a period.
@@ -89,7 +90,8 @@ pub(super) fn of_settling(
             };
             let kind = judged(exponent, least);
             // it may have settled in these periods
-            let wait = if kind == AttractorKind::Slow { usize::MAX } else { AGAIN };
+            let is_clear = kind == AttractorKind::Chaotic && exponent.0 > CLEAR;
+            let wait = if is_clear { AGAIN } else { usize::MAX };
             let mut waited = 0;
             let long = |_: &Propagator, _: &[f64]| {
                 waited += 1;

@@ -95,11 +95,16 @@ impl Quadrature {
     ) -> Result<Option<Quadrature>, OrbitError> {
         body.system.loads_mut().set_frequency(omega);
         let newton = Settings { iterations: 12, ..Settings::default() };
-        let effort = Effort { newton, multipliers: false, rescue: false };
+        // multipliers tell a family that friction holds: its orbits have no derivative of their own
+        let multipliers = body.system.tangents().is_some();
+        let effort = Effort { newton, multipliers, rescue: false };
         let found = find(body, Closure::FORCED, z, omega, &effort)?;
         let Some(mut orbit) = found.orbit().cloned() else {
             return Ok(None);
         };
+        if orbit.residual_positions().is_some_and(|k| k > 0) {
+            return Ok(None);
+        }
         for _ in 0..STEPS {
             let Some(here) = Quadrature::of(body, &orbit)? else { return Ok(None) };
             let omega = here.readings.omega;
@@ -108,7 +113,8 @@ impl Quadrature {
             if error_of(here.power).abs() <= lag || step.abs() <= part * omega {
                 return Ok(Some(here));
             }
-            if !(step.abs() <= REACH * omega) {
+            let is_near = step.abs() <= REACH * omega;
+            if !is_near {
                 return Ok(None);
             }
             match moved_along(body, &orbit, &here.by_frequency.change, step)? {

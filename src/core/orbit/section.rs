@@ -73,7 +73,7 @@ impl Section {
 }
 
 /// The state of a body a number of periods of the loads later, all as frame vectors.
-pub(super) fn later(
+pub fn later(
     body: &mut Propagator,
     z: &[f64],
     omega: f64,

@@ -21,11 +21,14 @@ use std::f64::consts::TAU;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
+use super::attractor::{Look, STATES};
 use super::chain::Propagator;
 use super::condition::{angle, null_vector};
+use super::period_map::integrate_with;
+use super::section::later;
 use super::shooting::{Closure, image, jacobian};
 use super::{OrbitError, tolerate};
-use crate::continuation::norm;
+use crate::continuation::{dot, norm};
 use crate::records::CurveOf;
 
 /// Most steps of Newton's method.
@@ -34,6 +37,13 @@ const STEPS: usize = 12;
 const CLOSED: f64 = 1e-11;
 /// A correction may be so many times as large as the curve.
 const REACH: f64 = 2.0;
+
+/// How far beside a curve a state is taken, over its size, to see whether it attracts; the period from which on, and up to which, it is looked at.
+const BESIDE: f64 = 1e-3;
+const PERIODS: (usize, usize) = (20, 200);
+/// The distance of a state changes around the curve: means of its logarithm over so many periods are compared, and what they tell is known to this.
+const MEAN: usize = 40;
+const SEEN: f64 = 2e-4;
 
 /// What is given of a curve beside its phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -208,6 +218,58 @@ impl Torus {
             }
         }
         Ok(None)
+    }
+
+    /// The largest contact displacement in magnitude, and the largest force, of all motions from its states over a period.
+    pub fn seen(&self, body: &mut Propagator) -> Result<(f64, f64), OrbitError> {
+        body.system.loads_mut().set_frequency(self.omega);
+        let (body, period) = (&*body, TAU / self.omega);
+        let (mut amplitude, mut force) = (0.0f64, 0.0f64);
+        for x in &self.states {
+            let mut look = Look::new(body, period, STATES);
+            integrate_with(body, &body.state(x), period, STATES, &mut look)?;
+            amplitude = amplitude.max(look.amplitude());
+            force = force.max(look.force);
+        }
+        Ok((amplitude, force))
+    }
+
+    /// How far a state is from the curve.
+    fn away(&self, z: &[f64]) -> f64 {
+        let from = |s: f64| {
+            let [x, slope] = self.at(s);
+            let off: Vec<f64> = z.iter().zip(&x).map(|(z, x)| z - x).collect();
+            (norm(&off), dot(&off, &slope) / dot(&slope, &slope))
+        };
+        let apart = |j: usize| {
+            let off = self.states[j].iter().zip(z).map(|(x, z)| (x - z) * (x - z));
+            off.sum::<f64>()
+        };
+        let nearest = (0..self.states.len()).min_by(|&i, &j| apart(i).total_cmp(&apart(j)));
+        // from the nearest state on, the foot of the perpendicular
+        let mut s = self.phase(nearest.unwrap_or(0));
+        (0..6).for_each(|_| s += from(s).1);
+        from(s).0
+    }
+
+    /// By how much a state beside the curve comes nearer to it in a period, in the long run: below one it attracts. None where that motion could not be followed.
+    pub fn attraction(&self, body: &mut Propagator) -> Result<Option<f64>, OrbitError> {
+        let size = self.size();
+        let [mut z, _] = self.at(0.3);
+        // no direction is preferred
+        let beside = |i: usize| (1.0 + i as f64).sqrt().fract() - 0.5;
+        z.iter_mut().enumerate().for_each(|(i, z)| *z += BESIDE * size * beside(i));
+        let (first, all) = PERIODS;
+        let mut distances = vec![];
+        for _ in 0..all {
+            let Some(next) = tolerate(later(body, &z, self.omega, 1.0))? else { return Ok(None) };
+            z = next;
+            distances.push(self.away(&z).max(f64::MIN_POSITIVE).ln());
+        }
+        let mean = |from: usize| distances[from..from + MEAN].iter().sum::<f64>() / MEAN as f64;
+        let last = all - MEAN;
+        let rate = (mean(last) - mean(first)) / (last - first) as f64;
+        Ok((rate.abs() > SEEN).then(|| rate.exp()))
     }
 
     /// Residual and Jacobian, by the states, `ρ`, `ω`.

@@ -20,6 +20,7 @@ mod ridge;
 mod sensitivity;
 mod series;
 mod special;
+mod tori;
 
 pub(crate) use attractor::largest;
 pub use attractor::{AttractorKind, AttractorRecord};
@@ -38,3 +39,4 @@ pub use ridge::{Peak, peaks, summits};
 pub use sensitivity::{PeakRecord, SensitivityRecord};
 pub use series::{SeriesRecord, place_of_function};
 pub use special::{Bifurcation, GapReason, GrazingRecord, PointKind, StabilityChange};
+pub use tori::{Tori, TorusRow};
