@@ -119,7 +119,6 @@ fn row(body: &mut Propagator, torus: &Torus, step: f64) -> Result<TorusRow, Fami
     let (amplitude, force) = torus.seen(body)?;
     let attraction = torus.attraction(body)?.unwrap_or(f64::NAN);
     let system = &body.system;
-    // all contact displacements and velocities in open phase order
     let at_points: Vec<[Vec<f64>; 2]> = torus.states.iter().map(|z| at_contact(body, z)).collect();
     let extent = |i: usize| {
         let of = || at_points.iter().map(|p| p[0][i]);
