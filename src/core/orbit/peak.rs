@@ -7,7 +7,7 @@ use super::chain::Propagator;
 use super::credentials::{Orbit, examine};
 use super::parameter::Parameter;
 use super::search::{Effort, Verdict, find};
-use super::sensitivity::{Differentiable, Observable, Sensitivity};
+use super::sensitivity::{Differentiable, Sensitivity};
 use super::shooting::{Closure, Settings};
 use super::{OrbitError, tolerate};
 use crate::contact::State;
@@ -33,22 +33,12 @@ const KNOWN: f64 = 1e-12;
 impl Height {
     /// Of an orbit of a forced response.
     pub fn of(body: &mut Propagator, orbit: &Orbit) -> Result<Option<Height>, OrbitError> {
-        // derivatives of multipliers are not asked for
-        let orbit = &Orbit { stability: None, ..orbit.clone() };
-        let omega = orbit.omega();
-        let mut by = Parameter::frequency(&body.system, omega);
-        let mut along = match Differentiable::new(body, orbit) {
-            Ok(along) => along,
-            Err(OrbitError::Parameter(_)) => return Ok(None),
-            Err(e) => return Err(e),
-        };
-        let is_amplitude =
-            |p: &super::sensitivity::Peak| matches!(p.of, Observable::Displacement(_));
-        // of pressure and energy nothing is asked
-        along.peaks.retain(is_amplitude);
-        let Some(amplitude) = along.peaks.first().map(|p| p.value.abs()) else { return Ok(None) };
+        let mut by = Parameter::frequency(&body.system, orbit.omega());
+        let Some(mut along) = Differentiable::amplitude_of(body, orbit)? else { return Ok(None) };
+        let amplitude = along.peaks[0].value.abs();
         let Sensitivity { peaks, change, .. } = along.by(&mut by)?;
-        Ok(Some(Height { orbit: orbit.clone(), amplitude, slope: peaks[0], change }))
+        let orbit = Orbit { stability: None, ..orbit.clone() };
+        Ok(Some(Height { orbit, amplitude, slope: peaks[0], change }))
     }
 
     /// The orbit at another frequency nearby.

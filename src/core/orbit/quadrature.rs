@@ -23,7 +23,7 @@ use super::parameter::Parameter;
 use super::peak::moved_along;
 use super::phase_lag::error_of;
 use super::search::{Effort, find};
-use super::sensitivity::{Differentiable, Observable, Peak};
+use super::sensitivity::Differentiable;
 use super::shooting::{Closure, Settings};
 use super::{OrbitError, tolerate};
 use crate::records::Resonance;
@@ -53,22 +53,6 @@ struct Along {
     power: Complex<f64>,
     amplitude: f64,
     change: [Vec<f64>; 2],
-}
-
-/// An orbit, ready to be differentiated for what is read here; none where it has no derivative.
-fn differentiable<'a>(
-    body: &'a mut Propagator,
-    orbit: &Orbit,
-) -> Result<Option<Differentiable<'a>>, OrbitError> {
-    // derivatives of multipliers are not asked for
-    let orbit = Orbit { stability: None, ..orbit.clone() };
-    let mut along = match Differentiable::new(body, &orbit) {
-        Ok(along) => along,
-        Err(OrbitError::Parameter(_)) => return Ok(None),
-        Err(e) => return Err(e),
-    };
-    along.peaks.retain(|p: &Peak| matches!(p.of, Observable::Displacement(_)));
-    Ok((!along.peaks.is_empty()).then_some(along))
 }
 
 impl Along {
@@ -130,7 +114,7 @@ impl Quadrature {
         let omega = orbit.omega();
         body.system.loads_mut().set_frequency(omega);
         let mut frequency = Parameter::frequency(&body.system, omega);
-        let Some(mut along) = differentiable(body, orbit)? else { return Ok(None) };
+        let Some(mut along) = Differentiable::amplitude_of(body, orbit)? else { return Ok(None) };
         let power = along.power()?;
         let amplitude = along.peaks[0].value.abs();
         let by_frequency = Along::by(&mut along, &mut frequency)?;
@@ -145,7 +129,7 @@ impl Quadrature {
         parameter: &mut Parameter,
     ) -> Result<Resonance, OrbitError> {
         body.system.loads_mut().set_frequency(self.readings.omega);
-        let Some(mut along) = differentiable(body, &self.orbit)? else {
+        let Some(mut along) = Differentiable::amplitude_of(body, &self.orbit)? else {
             return Ok(Resonance::NONE);
         };
         let by = Along::by(&mut along, parameter)?;

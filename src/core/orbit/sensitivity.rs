@@ -163,6 +163,21 @@ impl<'a> Differentiable<'a> {
         Ok(new)
     }
 
+    /// The same where of the peaks the largest displacement alone is asked for, and no multipliers; none where the orbit has no derivative, or nothing moves.
+    pub(super) fn amplitude_of(
+        body: &'a mut Propagator,
+        orbit: &Orbit,
+    ) -> Result<Option<Differentiable<'a>>, OrbitError> {
+        let orbit = Orbit { stability: None, ..orbit.clone() };
+        let mut along = match Differentiable::new(body, &orbit) {
+            Ok(along) => along,
+            Err(OrbitError::Parameter(_)) => return Ok(None),
+            Err(e) => return Err(e),
+        };
+        along.peaks.retain(|p| matches!(p.of, Observable::Displacement(_)));
+        Ok((!along.peaks.is_empty()).then_some(along))
+    }
+
     /// The body.
     pub fn system(&self) -> &System {
         &self.body.system
