@@ -215,6 +215,7 @@ fn orbit_json(o: &OrbitRecord) -> Value {
         "period": o.period, "omega": o.omega(), "energy": o.energy,
         "amplitude": o.amplitude, "residual": o.residual, "contact_time": o.contact_time,
         "grazing_distance": o.grazing, "stable": o.stable, "multipliers": o.multipliers.len(),
+        "multipliers_within": o.multipliers_within,
         "trivial_multipliers": o.trivial, "switches": o.switches.len(),
     })
 }
@@ -222,7 +223,10 @@ fn orbit_json(o: &OrbitRecord) -> Value {
 fn orbit_text(o: &OrbitRecord) -> String {
     let multipliers = match o.multipliers.len() {
         0 => "no multipliers".to_owned(),
-        n => format!("{n} multipliers"),
+        n => match o.multipliers_within {
+            Some(error) => format!("{n} multipliers along the series, within {error:.1e}"),
+            None => format!("{n} multipliers"),
+        },
     };
     format!(
         "period {} (omega = {}), energy {}, residual {:.1e}, {}, {multipliers}",

@@ -73,6 +73,7 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
     let flat: Vec<f64> = o.multipliers.iter().flatten().copied().collect();
     let multipliers = matrix(o.multipliers.len(), 2, flat)?;
     g.new_dataset_builder().with_data(&multipliers).create("multipliers")?;
+    o.multipliers_within.map_or(Ok(()), |error| scalar(g, WITHIN, error))?;
     let s = g.create_group("switches")?;
     let column = |f: &dyn Fn(&(f64, usize, SwitchKind)) -> f64| {
         o.switches.iter().map(f).collect::<Vec<f64>>()
@@ -87,6 +88,7 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
     o.friction.as_ref().map_or(Ok(()), |f| write_friction(g, f))
 }
 
+const WITHIN: &str = "multipliers_within";
 const OF_FRICTION: [&str; 2] = ["friction_work", "belt_work"];
 const FAMILY_DIMENSION: &str = "family_dimension";
 const DRIFT: &str = "drift";
@@ -162,6 +164,7 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
         u0: g.dataset("u0")?.values()?,
         v0: g.dataset("v0")?.values()?,
         multipliers: read_pairs(g, "multipliers")?,
+        multipliers_within: read_scalar(g, WITHIN).ok(),
         trivial: read_scalar(g, "trivial_multipliers")? as usize,
         stable: match read_text(g, "stable").as_deref() {
             Some("yes") => Some(true),

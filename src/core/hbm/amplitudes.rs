@@ -119,5 +119,5 @@ fn point(mode: &DampedMode, fed: &Fed) -> Result<PointRecord, HbmError> {
         under_load: vec![],
     };
     let orbit = OrbitRecord { viscous: Some(feedback), ..plain };
-    confirmed(None, (s, &u, Some(fed.alpha)), orbit, PointKind::Regular)
+    confirmed(None, (s, &u, Some(fed.alpha)), (orbit, PointKind::Regular), &mut |_| Ok(None))
 }

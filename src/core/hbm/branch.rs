@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::f64::consts::TAU;
 
 use super::check::Likeness;
+use super::multipliers::{AlongSeries, Told};
 use super::newton::Settings;
 use super::response::{self, Harmonics, Origin, Point, Summary, Track, Walk};
 use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
@@ -81,15 +82,22 @@ fn point(
     let orbit = record(body.interface(), s, &u)?;
     let closure = if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::FORCED };
     let shooter = shooter.map(|body| (body, closure));
-    confirmed(shooter, (s, &u, None), orbit, kind)
+    let mut fewer = |n_h: usize| -> Result<Option<Told>, HbmError> {
+        let found = body.solve(&s.q.with_harmonics(n_h), s.omega, &Settings::default())?;
+        let Ok(solution) = found else { return Ok(None) };
+        let displacements = body.displacements(&solution)?;
+        Ok(Some(Told { solution, displacements, alpha: None }))
+    };
+    confirmed(shooter, (s, &u, None), (orbit, kind), &mut fewer)
 }
 
-/// A solution as a point: with the multipliers of the orbit that is shot from it (and from its `α`), if that is asked for.
+/// A solution as a point: with the multipliers of the orbit that is shot from it (and from its `α`), if that is asked for; where there is none near, with those
+/// along the series, whose error the solutions with `fewer` harmonics tell.
 pub(super) fn confirmed(
     shooter: Option<(&mut Propagator, Closure)>,
     (s, u, alpha): (&Solution, &Series, Option<f64>),
-    mut orbit: OrbitRecord,
-    kind: PointKind,
+    (mut orbit, kind): (OrbitRecord, PointKind),
+    fewer: &mut dyn FnMut(usize) -> Result<Option<Told>, HbmError>,
 ) -> Result<PointRecord, HbmError> {
     let mut special = kind;
     if let Some((body, closure)) = shooter {
@@ -103,6 +111,14 @@ pub(super) fn confirmed(
             orbit.stable = known.stable;
             orbit.multipliers = known.multipliers;
             orbit.trivial = known.trivial;
+        } else if matches!(kind, PointKind::NoOrbitNear(_))
+            && let Some(known) = AlongSeries::new((body, closure), (s, u, alpha), fewer)?
+        {
+            // as of an orbit: the multipliers of the self-excited system say nothing of the body
+            orbit.stable = known.is_stable().filter(|_| alpha.is_none());
+            orbit.multipliers = known.stability.multipliers.iter().map(|m| [m.0, m.1]).collect();
+            orbit.trivial = known.stability.trivial;
+            orbit.multipliers_within = Some(known.error);
         }
         if special == PointKind::Regular {
             special = kind;

@@ -34,6 +34,7 @@ pub(crate) mod dynamic;
 mod impedance;
 pub(crate) mod interface;
 pub mod modes;
+mod multipliers;
 #[doc(hidden)]
 pub mod newton;
 mod play;

@@ -1,5 +1,7 @@
 //! A solution of the harmonic balance: a series that converged and obeys the contact conditions over its whole period; or why there is none.
 
+use std::f64::consts::TAU;
+
 use super::HbmError;
 use super::balance::{Balance, Quadrature};
 use super::crossing::{Crossing, spans};
@@ -7,6 +9,7 @@ use super::interface::Interface;
 use super::rubbing::remembered;
 use super::series::{Basis, Series};
 use crate::contact::{State, States};
+use crate::orbit::Chain;
 use crate::records::GapReason;
 
 /// A converged series.
@@ -88,6 +91,26 @@ impl Solution {
     /// Active sets with the phase angles at which they begin and end.
     pub fn phases(&self) -> impl Iterator<Item = (&States, (f64, f64))> {
         self.sets.iter().zip(spans(&self.crossings, self.q.basis))
+    }
+
+    /// The phases of a whole period and the switches between them: times, points, and the states of the displacements `u` of the solution that the phases
+    /// begin with.
+    pub(super) fn chain(&self, u: &Series) -> (Chain, Vec<f64>, Vec<State>) {
+        let mut chain = Chain { sets: self.sets.clone(), ..Chain::default() };
+        let mut angles: Vec<f64> = self.crossings.iter().map(|c| c.theta).collect();
+        chain.points.extend(self.crossings.iter().map(|c| c.point));
+        let mut memories: Vec<usize> = (0..self.sets.len()).collect();
+        // a cosine series is walked over half a period, and then back: its last phase is passed once
+        if self.q.basis == Basis::Cosine {
+            let last = self.crossings.len();
+            chain.sets.extend(self.sets[..last].iter().rev().cloned());
+            chain.points.extend(self.crossings.iter().rev().map(|c| c.point));
+            angles.extend(self.crossings.iter().rev().map(|c| TAU - c.theta));
+            memories.extend((0..last).rev());
+        }
+        let begins = std::iter::once(0.0).chain(angles.iter().copied());
+        let states = begins.zip(memories).map(|(theta, k)| self.state(u, theta, k)).collect();
+        (chain, angles.iter().map(|theta| theta / self.omega).collect(), states)
     }
 
     /// The switches of the contact over a whole period in their order: contact point, closes.

@@ -1,6 +1,8 @@
 //! Families of viscous nonlinear modes by harmonic balance, point by point, with all that a file keeps of them.
 
 use super::branch::{Sequential, confirmed, record};
+use super::multipliers::Told;
+use super::newton::Settings;
 use super::response::is_far;
 use super::series::{Basis, Series};
 use super::viscous::{Fed, Viscous};
@@ -57,8 +59,7 @@ pub fn sequential(
                     let x = unknowns.iter().copied().chain([omega]).collect();
                     track.push((omega, unknowns));
                     let place = Some(PlaceRecord { x, ..PlaceRecord::default() });
-                    let ViscousBody { viscous, shooter } = body;
-                    let point = point(viscous, shooter.as_mut(), &fed, kind)?;
+                    let point = point(&mut body.viscous, body.shooter.as_mut(), &fed, kind)?;
                     below = Some(fed);
                     PointRecord { place, ..point }
                 }
@@ -106,7 +107,7 @@ fn attempt(
 
 /// A solution as a point, with the multipliers of the orbit shot from it if that is asked for.
 pub(super) fn point(
-    viscous: &Viscous,
+    viscous: &mut Viscous,
     shooter: Option<&mut Propagator>,
     fed: &Fed,
     kind: PointKind,
@@ -127,5 +128,12 @@ pub(super) fn point(
     let energy = system.energy(0.0, &u0, &v0);
     let orbit = OrbitRecord { energy, viscous: Some(feedback), ..plain };
     let shooter = shooter.map(|body| (body, Closure::Viscous(viscous.pin)));
-    confirmed(shooter, (s, &u, Some(fed.alpha)), orbit, kind)
+    let mut fewer = |n_h: usize| -> Result<Option<Told>, HbmError> {
+        let guess = s.q.with_harmonics(n_h);
+        let found = viscous.solve(&guess, fed.alpha, s.omega, &Settings::default())?;
+        let Ok(Fed { solution, alpha }) = found else { return Ok(None) };
+        let displacements = viscous.reduction().displacements(&solution)?;
+        Ok(Some(Told { solution, displacements, alpha: Some(alpha) }))
+    };
+    confirmed(shooter, (s, &u, Some(fed.alpha)), (orbit, kind), &mut fewer)
 }

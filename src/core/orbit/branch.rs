@@ -35,6 +35,7 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
         u0,
         v0,
         multipliers: pairs(stability),
+        multipliers_within: None,
         trivial: stability.map_or(0, |s| s.trivial),
         // the multipliers of a viscous orbit are those of the self-excited system: no statement about the body
         stable: stability.filter(|_| orbit.viscous.is_none()).map(|s| s.is_stable()),

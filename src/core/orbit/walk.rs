@@ -10,7 +10,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::chain::{Chain, Jump, Propagator};
 use super::parameter::Parameter;
-use crate::contact::{Phase, PointState, States, System, leading};
+use crate::contact::{Phase, PointState, State, States, System, leading};
 use crate::continuation::dot;
 use crate::fem::dense::product;
 use crate::fem::{FemError, Loads};
@@ -33,6 +33,29 @@ impl Propagator {
         z: &[f64],
         times: &[f64],
         end: f64,
+    ) -> Result<Walk, FemError> {
+        self.through(chain, z, &[], (times, end))
+    }
+
+    /// The phases of a chain that begin with states from elsewhere, each to its end: `states`, one a phase. The walk does not hang together where these
+    /// are of no motion, and its tangent is the product of the flows of the phases, with the saltation between them.
+    pub(crate) fn walk_beside(
+        &self,
+        chain: &Chain,
+        states: &[State],
+        times: &[f64],
+        end: f64,
+    ) -> Result<Walk, FemError> {
+        self.through(chain, &self.frame(&states[0]), states, (times, end))
+    }
+
+    /// A chain from the frame vector `z` on; phases of which the state is `given` begin there.
+    fn through(
+        &self,
+        chain: &Chain,
+        z: &[f64],
+        given: &[State],
+        (times, end): (&[f64], f64),
     ) -> Result<Walk, FemError> {
         let n = self.n();
         let mut x = Mat::zeros(n, 2);
@@ -57,6 +80,12 @@ impl Propagator {
                 x.subcols_mut(1, 1).copy_from(&after);
             }
             let spectrum = self.spectra.of_set(&self.system, set)?;
+            if let Some(state) = given.get(j) {
+                let both: Vec<f64> = state.u.iter().chain(&state.v).copied().collect();
+                let mut modal = vec![0.0; 2 * n];
+                spectrum.to_modes(&both, &mut modal);
+                x = Mat::from_fn(n, 2, |i, c| modal[c * n + i]);
+            }
             spectrum.remember(&self.system, place, (&mut x, 1), true);
             let (a, b) = (
                 if j == 0 { 0.0 } else { times[j - 1] },

@@ -62,6 +62,9 @@ pub struct OrbitRecord {
     /// Multipliers: real and imaginary parts. Empty: not computed.
     #[serde(with = "bits::pairs")]
     pub multipliers: Vec<[f64; 2]>,
+    /// Of multipliers along a series of harmonic balance: how far those with half the harmonics are from them. None: they are those of an orbit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub multipliers_within: Option<f64>,
     /// How many of them belong to the family.
     pub trivial: usize,
     /// Whether it is stable, if that is known.

@@ -187,7 +187,17 @@ pub(super) fn family_multipliers(family: &StoredFamily) -> Result<Sheet<'static>
         true => ("multipliers of the self-excited system, the largest", "|μ| = 1"),
         false => ("largest Floquet multiplier", "limit of stability"),
     };
-    let extra = vec![entry(limit, INK, Mark::Dashes)];
+    let mut extra = vec![entry(limit, INK, Mark::Dashes)];
+    let along: Vec<_> = (family.points.iter())
+        .filter_map(|p| p.orbit.as_ref().and_then(|o| Some((p.branch, o, o.multipliers_within?))))
+        .collect();
+    if !along.is_empty() {
+        extra.push(entry(
+            "change of those along the series by half the harmonics",
+            INK,
+            Mark::Thin,
+        ));
+    }
     let head = Head { what: what.to_owned(), look: Look::Plain, extra, below: vec![] };
     let quantity = Quantity {
         label: "largest modulus |μ|",
@@ -195,6 +205,14 @@ pub(super) fn family_multipliers(family: &StoredFamily) -> Result<Sheet<'static>
         value: largest_multiplier,
         errors: false,
     };
-    let chart = quantity.chart(family, "frequency ω");
+    let mut chart = quantity.chart(family, "frequency ω");
+    let (limits, logarithmic) = quantity.scale(family);
+    for (branch, o, error) in along {
+        let ends = [-error, error].map(|e| {
+            let size = (largest_multiplier(o) + e).max(0.0);
+            (o.omega(), if logarithmic { size.log10().max(limits.start) } else { size })
+        });
+        chart.line(ends.to_vec(), colour(family, branch), 0.8);
+    }
     Ok(family_head(family, head).row(450.0, vec![chart.into()]))
 }
