@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: crack-depth help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
+.PHONY: crack-depth release help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -15,7 +15,7 @@ help:
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make fuzz-coverage  the readers of files under libFuzzer, which looks for inputs that reach new code (a C++ compiler; FUZZ_SECONDS a reader, 60 unless said)'
 	@echo 'make validate  all closed-form and published cases'
-	@echo 'make validation  the same, and the page of the documentation that tells them (docs/reference/validation.md)'
+	@echo 'make validation  the same, and the pages of the documentation that tell them and the benchmarks (docs/reference)'
 	@echo 'make bench     benchmarks'
 	@echo 'make peers     what signorini precision --peer scipy, sundials and diffsol need: SciPy into .venv, two small programs (make check-peers compares them)'
 	@echo 'make docs      the documentation as a site into target/site/, without a warning; the pages of commands and keys are written anew'
@@ -24,6 +24,7 @@ help:
 	@echo 'make pictures  the pictures of the README'
 	@echo 'make methods   contact methods side by side: tables and pictures of docs/methods.md, into out/ (part of make figures)'
 	@echo 'make crack-depth  the frequency of a breathing crack over its depth (docs/tutorials/bodies.md), into out/'
+	@echo 'make release   VERSION=0.2.0: versions, changelog, text of the tag, packages of the crates, archive and wheel; nothing is published'
 	@echo 'make setup     what the build needs besides Rust (done by all of the above)'
 
 setup:
@@ -46,6 +47,7 @@ FRESH := target/python
 python: setup
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check maturin==1.16.0
 	rm -rf target/wheels $(FRESH)
+	python3 .ci/licences.py --texts python/THIRDPARTY.txt
 	.venv/bin/maturin build --release --locked --quiet -m python/Cargo.toml -o target/wheels
 	python3 -m venv $(FRESH)
 	$(FRESH)/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements.txt target/wheels/signorini-*.whl
@@ -67,12 +69,14 @@ fuzz-coverage: build
 validate: build
 	$(BIN) validate
 
-# the page of validation from the answer of the program; six minutes
+# the pages of validation and of benchmarks from the answers of the program; six minutes
 validation: build
 	@mkdir -p target/validation
 	$(BIN) validate --json > target/validation/answer.json
 	python3 validate/page.py < target/validation/answer.json > target/validation/page.md
 	cp target/validation/page.md docs/reference/validation.md
+	$(BIN) benchmark --markdown $(addprefix --with ,$(wildcard validate/benchmarks/results/*.toml)) > target/validation/benchmarks.md
+	cp target/validation/benchmarks.md docs/reference/benchmarks.md
 
 bench: setup
 	cargo bench --locked
@@ -85,6 +89,11 @@ peers: build
 # all of them against the exact flow, after make peers
 check-peers:
 	.venv/bin/python validate/peers/check.py
+
+# versions in all files, packages that build by themselves; a clean tree is asked for (.ci/release.py)
+release: setup
+	@test -n "$(VERSION)" || { echo 'make release VERSION=0.2.0'; exit 2; }
+	python3 .ci/release.py $(VERSION)
 
 docs: build
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check mkdocs==1.6.1

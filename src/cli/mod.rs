@@ -8,6 +8,7 @@ mod backbone;
 mod balance;
 mod bands;
 mod basins;
+mod benchmark;
 mod caller;
 mod compare;
 mod crosscheck;
@@ -125,6 +126,8 @@ enum Command {
     Study(study::Arguments),
     /// Closed-form and published cases: measured error beside the accepted one
     Validate(validate::Arguments),
+    /// Problems with numbers that other codes can be held against as well: ours, and theirs, beside the references
+    Benchmark(benchmark::Arguments),
     /// A commented scene to begin with
     New(new::Arguments),
     /// The keys of scenes and studies, as JSON Schema for editors
@@ -179,6 +182,7 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Compare(a) => task::run(a, global),
         Command::Study(a) => study::run(a, global),
         Command::Validate(a) => validate::run(a, global),
+        Command::Benchmark(a) => benchmark::run(a, global, &within),
         Command::New(a) => new::run(a, global),
         Command::Schema(a) => Ok(schema::run(a)),
         Command::Completions(a) => Ok(manual::completions(a, Cli::command())),
@@ -241,6 +245,16 @@ pub fn call(call: Call, desk: Arc<Desk>) -> Result<Answer, CliError> {
     let Call { scene, is_scratch, .. } = call;
     cli.global.caller = Caller { scene, is_scratch, command, desk: Some(desk) };
     execute(&cli)
+}
+
+/// A command within another: it answers with its object, and says nothing else.
+fn within(arguments: &[String]) -> Result<serde_json::Value, CliError> {
+    let program = ["signorini".to_owned()];
+    let mut cli = Cli::try_parse_from(program.iter().chain(arguments))
+        .map_err(|e| CliError::Input(e.to_string().trim_end().to_owned()))?;
+    (cli.global.json, cli.global.quiet) = (true, true);
+    cli.global.caller.command = Some([&program, arguments].concat().join(" "));
+    execute(&cli).map(Answer::object)
 }
 
 #[cfg(test)]

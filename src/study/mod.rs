@@ -5,6 +5,7 @@
 //! a task out (a worker here, an index of a job array elsewhere) takes its lock, and leaves its answer as the last thing: what has no answer and
 //! no lock was interrupted, and may be gone on with.
 
+pub mod benchmark;
 mod definition;
 mod folder;
 mod gather;

@@ -1,0 +1,312 @@
+//! `signorini benchmark`
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::{Value, json};
+use signorini::study::benchmark::{Benchmark, Measure, Quantity, Results};
+
+use super::progress::Bar;
+use super::{Answer, CliError, Global, plain};
+
+/// Arguments of `benchmark`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  signorini benchmark\n  signorini benchmark rod-against-wall den-hartog --keep benchmarks\n  signorini benchmark --form > mine.toml\n  signorini benchmark --with mine.toml\n\n\
+    A benchmark is a folder with scene.toml and benchmark.toml (what is measured, against which number of which source): those of this program are in \
+    validate/benchmarks, and a folder of your own is named with a stroke (./mine)."
+)]
+pub struct Arguments {
+    /// Names of benchmarks, or folders that hold one [default: all that are built in]
+    names: Vec<String>,
+    /// List them, with what they ask of a code
+    #[arg(long)]
+    list: bool,
+    /// The form in which another code says what it found
+    #[arg(long, conflicts_with = "list")]
+    form: bool,
+    /// What another code found, beside it (several times)
+    #[arg(long, value_name = "FILE")]
+    with: Vec<PathBuf>,
+    /// Keep scenes and results in a folder
+    #[arg(long, value_name = "FOLDER")]
+    keep: Option<PathBuf>,
+    /// As Markdown: the page of the documentation
+    #[arg(long, conflicts_with_all = ["list", "form"])]
+    markdown: bool,
+}
+
+/// A quantity as it was measured, or why it was not.
+struct Found<'a> {
+    quantity: &'a Quantity,
+    value: Result<f64, String>,
+}
+
+impl Found<'_> {
+    fn passes(&self) -> bool {
+        self.value.as_ref().is_ok_and(|x| self.quantity.off(*x) <= self.quantity.within)
+    }
+}
+
+/// A benchmark that was carried out.
+struct Done<'a> {
+    benchmark: &'a Benchmark,
+    found: Vec<Found<'a>>,
+    seconds: f64,
+}
+
+fn chosen(names: &[String]) -> Result<Vec<Benchmark>, CliError> {
+    let all = Benchmark::all().map_err(CliError::Other)?;
+    if names.is_empty() {
+        return Ok(all);
+    }
+    let one = |name: &String| {
+        if let Some(known) = all.iter().find(|b| b.name == *name) {
+            return Ok(known.clone());
+        }
+        let folder = Path::new(name);
+        if folder.is_dir() {
+            return Benchmark::read(folder).map_err(CliError::Input);
+        }
+        let known: Vec<&str> = all.iter().map(|b| b.name.as_str()).collect();
+        Err(CliError::Input(format!(
+            "no benchmark \"{name}\", and no folder of that name; there are {}",
+            known.join(", ")
+        )))
+    };
+    names.iter().map(one).collect()
+}
+
+/// A command with its arguments, and the object that it answers with.
+pub type Execute<'a> = &'a dyn Fn(&[String]) -> Result<Value, CliError>;
+
+/// Carry the benchmarks out by their commands, and put what was found beside the references.
+pub fn run(
+    arguments: &Arguments,
+    global: &Global,
+    execute: Execute<'_>,
+) -> Result<Answer, CliError> {
+    let benchmarks = chosen(&arguments.names)?;
+    if arguments.list {
+        let row = |b: &Benchmark| {
+            let asked: Vec<&str> = b.quantities().map(|q| q.name.as_str()).collect();
+            json!({"name": b.name, "title": b.title, "about": b.about, "kind": b.kind.word(), "source": b.source, "quantities": asked})
+        };
+        let line = |b: &Benchmark| format!("{:<22} {}\n{:22} {}\n", b.name, b.title, "", b.source);
+        return Ok(global.answer(
+            || benchmarks.iter().map(row).collect(),
+            || benchmarks.iter().map(line).collect(),
+        ));
+    }
+    if arguments.form {
+        let form = Results::form(&benchmarks.iter().collect::<Vec<_>>());
+        return Ok(Answer::text(form));
+    }
+    // of those that are not asked for it may tell too
+    let known = [&benchmarks[..], &Benchmark::all().map_err(CliError::Other)?].concat();
+    let read = |path: &PathBuf| Results::read(path, &known).map_err(CliError::Input);
+    let others = arguments.with.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    global.caller.watch();
+    let bar = Bar::named(global, "benchmarks".into());
+    let mut done = vec![];
+    for (k, benchmark) in benchmarks.iter().enumerate() {
+        if let Some(bar) = &bar {
+            bar.set(k as f64 / benchmarks.len() as f64, benchmark.name.clone());
+        }
+        let carried_out = carry_out(benchmark, arguments.keep.as_deref(), execute)?;
+        if let Some(signal) = global.caller.signal() {
+            return Err(CliError::Interrupted(
+                signal,
+                format!("interrupted at {}", benchmark.name),
+            ));
+        }
+        done.push(carried_out);
+    }
+    if let Some(bar) = &bar {
+        bar.clear();
+    }
+    let missed: Vec<String> = done
+        .iter()
+        .flat_map(|d| d.found.iter().map(move |f| (d, f)))
+        .filter(|(_, f)| !f.passes())
+        .map(|(d, f)| format!("{}: {}", d.benchmark.name, f.quantity.name))
+        .collect();
+    let answer = match arguments.markdown {
+        true => Answer::text(markdown(&done, &others)),
+        false => global.answer(|| object(&done, &others), || text(&done, &others)),
+    };
+    Ok(match missed.is_empty() {
+        true => answer,
+        false => answer.failed(format!("not within its tolerance: {}", missed.join("; "))),
+    })
+}
+
+/// The commands of a benchmark in a folder of its own.
+fn carry_out<'a>(
+    benchmark: &'a Benchmark,
+    keep: Option<&Path>,
+    execute: Execute<'_>,
+) -> Result<Done<'a>, CliError> {
+    let scratch = std::env::temp_dir().join(format!("signorini-benchmark-{}", std::process::id()));
+    let folder = keep.unwrap_or(&scratch).join(&benchmark.name);
+    let failed = |e: std::io::Error| CliError::Other(format!("{}: {e}", folder.display()));
+    std::fs::create_dir_all(&folder).map_err(failed)?;
+    for (name, text) in &benchmark.files {
+        std::fs::write(folder.join(name), text).map_err(failed)?;
+    }
+    let start = Instant::now();
+    let mut found = vec![];
+    for (k, measure) in benchmark.measures.iter().enumerate() {
+        let answer = answer_of(measure, (k, &folder), execute);
+        found.extend(measure.quantities.iter().map(|quantity| {
+            let value = answer.as_ref().map_err(String::clone);
+            Found { quantity, value: value.and_then(|answer| quantity.in_answer(answer)) }
+        }));
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    if keep.is_none() {
+        // a temporary folder that cannot be removed is no reason to fail
+        let _ = std::fs::remove_dir_all(&scratch);
+    }
+    Ok(Done { benchmark, found, seconds })
+}
+
+/// What the command of a measurement answers.
+fn answer_of(
+    measure: &Measure,
+    (k, folder): (usize, &Path),
+    execute: Execute<'_>,
+) -> Result<Value, String> {
+    let mut arguments = measure.command.clone();
+    let file = |name: String| folder.join(name).display().to_string();
+    arguments.insert(1, file("scene.toml".into()));
+    let results = file(format!("{}-{k}.h5", measure.command[0]));
+    arguments.extend(["--force", "-o", &results].map(String::from));
+    execute(&arguments).map_err(|e| e.text())
+}
+
+/// How far off, in words: below rounding of other machines nothing is told.
+fn off(x: f64) -> String {
+    if x < 1e-12 { "below 1e-12".into() } else { format!("{x:.1e}") }
+}
+
+fn object(done: &[Done], others: &[Results]) -> Value {
+    let quantity = |d: &Done, f: &Found| {
+        let q = f.quantity;
+        let of_others = others.iter().filter_map(|o| {
+            let value = o.values.get(&d.benchmark.name)?.get(&q.name)?;
+            Some(json!({"code": o.code, "value": value, "off": q.off(*value)}))
+        });
+        let value = f.value.as_ref().ok();
+        json!({
+            "name": q.name, "reference": q.reference, "within": q.within, "value": value, "off": value.map(|x| q.off(*x)),
+            "passes": f.passes(), "error": f.value.as_ref().err(), "note": q.note, "others": of_others.collect::<Vec<_>>(),
+        })
+    };
+    let benchmark = |d: &Done| {
+        let b = d.benchmark;
+        json!({
+            "name": b.name, "title": b.title, "about": b.about, "kind": b.kind.word(), "source": b.source, "wall_s": d.seconds,
+            "passes": d.found.iter().all(Found::passes), "quantities": d.found.iter().map(|f| quantity(d, f)).collect::<Vec<_>>(),
+        })
+    };
+    json!({"benchmarks": done.iter().map(benchmark).collect::<Vec<_>>()})
+}
+
+fn text(done: &[Done], others: &[Results]) -> String {
+    let mut out = String::new();
+    for d in done {
+        let b = d.benchmark;
+        out += &format!(
+            "{}: {} ({:.1} s)\n  {}: {}\n",
+            b.name,
+            b.title,
+            d.seconds,
+            b.kind.word(),
+            b.source
+        );
+        for f in &d.found {
+            let q = f.quantity;
+            let mark = if f.passes() { "ok    " } else { "MISSED" };
+            out += &match &f.value {
+                Err(e) => format!("  {mark} {}: {e}\n", q.name),
+                Ok(x) => format!(
+                    "  {mark} {:<52} {:>16}  off by {:<11} (within {:e} of {})\n",
+                    q.name,
+                    plain(*x),
+                    off(q.off(*x)),
+                    q.within,
+                    plain(q.reference)
+                ),
+            };
+            for o in others {
+                if let Some(x) = o.values.get(&b.name).and_then(|v| v.get(&q.name)) {
+                    let (of, x) = (off(q.off(*x)), plain(*x));
+                    out += &format!("         {:<52} {x:>16}  off by {of}\n", o.code);
+                }
+            }
+        }
+        out += "\n";
+    }
+    let missed = done.iter().flat_map(|d| &d.found).filter(|f| !f.passes()).count();
+    let all: usize = done.iter().map(|d| d.found.len()).sum();
+    out + &format!(
+        "{all} numbers of {} benchmarks, {missed} not within their tolerance\n",
+        done.len()
+    )
+}
+
+fn markdown(done: &[Done], others: &[Results]) -> String {
+    let mut out = format!(
+        "# Benchmarks\n\nProblems of vibration with contact, each with a number that somebody else found, for other codes as well: scenes and definitions are in \
+         `validate/benchmarks`, `signorini benchmark --form` prints the form in which a code says what it found, and [Other codes](../benchmarks.md) says how it comes onto \
+         this page. {} benchmarks; `make validation` writes this page.\n",
+        done.len()
+    );
+    for d in done {
+        let b = d.benchmark;
+        let names: String = others.iter().map(|o| format!(" {} |", o.code)).collect();
+        let lines: String = others.iter().map(|_| " --- |").collect();
+        out += &format!(
+            "\n## {}\n\n{}. {} {}: {}. (`signorini benchmark {}`, {} s)\n\n| what | reference | within | off by |{names}\n| --- | --- | --- | --- |{lines}\n",
+            b.name,
+            b.title,
+            b.about,
+            capital(b.kind.word()),
+            b.source,
+            b.name,
+            if d.seconds < 9.95 {
+                format!("{:.1}", d.seconds)
+            } else {
+                format!("{:.0}", d.seconds)
+            },
+        );
+        for f in &d.found {
+            let q = f.quantity;
+            let ours = f.value.as_ref().map_or_else(String::clone, |x| off(q.off(*x)));
+            let theirs = others.iter().map(|o| {
+                let value = o.values.get(&b.name).and_then(|v| v.get(&q.name));
+                format!(" {} |", value.map_or_else(String::new, |x| off(q.off(*x))))
+            });
+            let note = q.note.as_ref().map_or_else(String::new, |n| format!(" ({n})"));
+            let missed = if f.passes() { "" } else { " **(missed)**" };
+            out += &format!(
+                "| {}{note} | {} | {:e} | {ours}{missed} |{}\n",
+                q.name,
+                plain(q.reference),
+                q.within,
+                theirs.collect::<String>()
+            );
+        }
+    }
+    for o in others {
+        out += &format!("\n{}: {}\n", o.code, o.note);
+    }
+    out
+}
+
+fn capital(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect())
+}
