@@ -36,6 +36,7 @@ from ._results import (
     open,
 )
 from ._scene import Scene
+from ._sweep import Failure, Sweep, sweep
 from ._signorini import __version__
 
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "Curve",
     "Curves",
     "Diagram",
+    "Failure",
     "Family",
     "FileError",
     "Group",
@@ -62,6 +64,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "SignoriniError",
+    "Sweep",
     "Tori",
     "Verdict",
     "__version__",
@@ -79,5 +82,6 @@ __all__ = [
     "phase_resonance",
     "response",
     "run",
+    "sweep",
     "tori",
 ]

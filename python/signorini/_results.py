@@ -7,16 +7,18 @@ import shutil
 from collections.abc import Iterator
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Union, overload
 
 import numpy as np
 
 from . import _signorini
-from ._errors import FileError
+from ._errors import FileError, NumericsError
 from ._files import Group, PathOrText, Store, _near
 from ._scene import Scene
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
     from matplotlib.figure import Figure
 
 FloatArray = "np.ndarray[Any, np.dtype[np.float64]]"
@@ -115,15 +117,43 @@ class Result(Group):
             part.replace(path)
         return path
 
-    def plot(self, **options: Any) -> Figure:
-        """A figure of it, by matplotlib (``pip install "signorini[plot]"``): ``savefig`` writes it, a notebook shows it.
+    def plot(self, to: PathOrText | None = None, **options: Any) -> Figure:
+        """A figure of it, by matplotlib (``pip install "signorini[plot]"``): a notebook shows it, ``to`` names a file for it (PNG, SVG, PDF by its ending).
 
         Options: of a run ``at``, the time at which the body is drawn; of a family ``axis="energy"`` or ``"amplitude"``; of a
         comparison ``column="error"`` or another of its columns.
         """
         from . import _plot
 
-        return _plot.draw(self, **options)
+        figure = _plot.draw(self, **options)
+        if to is not None:
+            figure.savefig(to)
+        return figure
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The rows as a table (``pip install "signorini[tables]"``): of a run its stored states by time, with energies, contact, forces and probes; of what has rows
+        (points of a family, values of a diagram, cells of basins, points of curves) these."""
+        from . import _tables
+
+        return _tables.pandas_of(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The same with named axes: of a run ``displacement`` and ``velocity`` by ``t``, ``node``, ``axis``, contact by ``t`` and ``contact`` (the node)."""
+        from . import _tables
+
+        return _tables.xarray_of(self)
+
+    def _facts(self) -> list[tuple[str, Any]]:
+        """What a notebook shows of it first."""
+        return [("status", self.status), ("command", self.command)]
+
+    def _repr_html_(self) -> str:
+        from . import _html
+
+        try:
+            return _html.table(f"{type(self).__name__}: {self.title}", [("", self._text().split(": ", 1)[-1]), *self._facts()]) + _html.picture(self)
+        except (OSError, FileError):
+            return _html.table(repr(self)[1:-1], [])
 
     def _text(self) -> str:
         return f"{self.title!r}: {self.status}"
@@ -390,6 +420,10 @@ class Run(Result):
         columns = [self._against(table, i, n)[:, :size] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]
         return np.stack(columns, axis=1) if columns else np.zeros((len(table), 0))
 
+    def _facts(self) -> list[tuple[str, Any]]:
+        facts: list[tuple[str, Any]] = [("energy drift", self.energy_drift_total), ("every switch proved to be the next", self.certified)]
+        return [*facts, ("largest penetration", self.max_penetration), *super()._facts()]
+
     def _text(self) -> str:
         return f"{self.title!r}: {self.status}, {len(self.t)} states, {len(self.switches)} switches"
 
@@ -487,6 +521,14 @@ class Orbit(_OfOrbit, Run):
         """Periods of the loads in one of the orbit."""
         return int(self["orbit"].get("forcing_periods", 1))
 
+    def found(self) -> Orbit:
+        """The orbit itself; a ``Verdict`` raises: ``sg.orbit(scene, 1.8).found()`` is an orbit or an error."""
+        return self
+
+    def _facts(self) -> list[tuple[str, Any]]:
+        facts: list[tuple[str, Any]] = [("period", float(self.period)), ("amplitude", float(self.amplitude)), ("residual", float(self["orbit"]["residual"]))]
+        return [*facts, *Result._facts(self)]
+
     def _groups(self) -> list[str]:
         # what it says of itself stands before what was said of it
         return ["orbit", *super()._groups()]
@@ -521,6 +563,15 @@ class Verdict:
     def __bool__(self) -> Literal[False]:
         return False
 
+    def found(self) -> NoReturn:
+        """There is no orbit: raises a ``NumericsError`` that says why."""
+        raise NumericsError(self.message)
+
+    def _repr_html_(self) -> str:
+        from . import _html
+
+        return _html.table(f"No orbit at omega = {self.omega:.9g}", [("verdict", self.verdict), ("", self.message)])
+
     def __repr__(self) -> str:
         return f"<Verdict at omega = {self.omega:.9g}: {self.message}>"
 
@@ -552,7 +603,8 @@ class OrbitFound:
 
 class Point(_OfOrbit, Group):
     """One point of a family: ``omega``, and where it is an orbit ``period``, ``energy``, ``amplitude``, ``residual``, ``u0``, ``v0`` [N],
-    ``multipliers`` (complex), ``switches``, ``stable``, ``contact_time``, ...; of viscous modes ``alpha``, ``beta``."""
+    ``multipliers`` (complex), ``switches``, ``stable``, ``contact_time``, ...; of viscous modes ``alpha``, ``beta``; of harmonic balance without an orbit near
+    ``multipliers_within``: how far multipliers of half the harmonics are from those along the series."""
 
     @property
     def converged(self) -> bool:  # type: ignore[override]
@@ -654,9 +706,21 @@ class Family(Result):
     def _groups(self) -> list[str]:
         return ["backbone"]
 
+    def _facts(self) -> list[tuple[str, Any]]:
+        ends = [f"{self.branches[stop['branch']]}: {stop['text']}" for stop in self.stops]
+        frequencies = self.omega[np.isfinite(self.omega)]
+        facts: list[tuple[str, Any]] = [("frequencies", f"{frequencies.min():.6g} to {frequencies.max():.6g}")] if len(frequencies) else []
+        return [*facts, ("ends", "; ".join(ends)), *super()._facts()]
+
     def __len__(self) -> int:
         return len(self["backbone"]["omega"])
 
+    @overload
+    def __getitem__(self, key: int) -> Point: ...
+    @overload
+    def __getitem__(self, key: slice | list[int] | np.ndarray) -> list[Point]: ...
+    @overload
+    def __getitem__(self, key: str) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, (int, np.integer)):
             k = int(key) + (len(self) if key < 0 else 0)
@@ -1067,6 +1131,12 @@ class Modes:
         self.closed = ModesOf(said["closed"]) if said["closed"] else None
         # around the equilibrium, where the scene begins at it
         self.rest = ModesOf(said["rest"]) if said.get("rest") else None
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Frequencies, a column a state of the contact."""
+        from . import _tables
+
+        return _tables.pandas_of(self)
 
     def __repr__(self) -> str:
         return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"

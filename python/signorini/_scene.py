@@ -195,6 +195,18 @@ class Scene:
     def __repr__(self) -> str:
         return f"<Scene {self.title!r}>"
 
+    def _repr_html_(self) -> str:
+        from . import _html
+
+        tables = self.to_dict()
+        body, contact = tables.get("body", {}), tables.get("contact", {})
+        facts = [("file", self.file.name)]
+        if isinstance(body, dict):
+            facts.append(("body", " ".join(str(body[k]) for k in ("kind", "size", "elements", "file") if k in body)))
+        if isinstance(contact, dict):
+            facts.append(("contact", ", ".join(f"{k} {contact[k]}" for k in ("edge", "group", "method", "gap", "friction") if k in contact)))
+        return _html.table(f"Scene: {self.title}", facts) + _html.folded("all of it", self.text)
+
     def __reduce__(self) -> Any:
         return (Scene._given, (self.text, str(self.file), self._matrices))
 

@@ -1,0 +1,218 @@
+"""Many scenes by one function, on processes."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import multiprocessing
+import os
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union
+
+from . import _commands
+from ._errors import SignoriniError
+from ._files import scratch, _remove
+from ._progress import Progress, Shown
+from ._results import AnyResult, Result, Verdict
+from ._results import open as open_results
+from ._scene import Scene, as_scene
+
+if TYPE_CHECKING:
+    import pandas
+
+#: What a scene may be carried out by.
+FUNCTIONS = ("run", "orbit", "backbone", "response", "curve", "basins", "diagram", "phase_resonance", "tori")
+
+
+class Failure:
+    """Why there is no result: ``bool(failure)`` is False."""
+
+    def __init__(self, error: str):
+        self.error = error
+
+    def __bool__(self) -> bool:
+        return False
+
+    def __repr__(self) -> str:
+        return f"<Failure: {self.error}>"
+
+
+Outcome = Union[AnyResult, Verdict, Failure]
+
+
+def _one(function: str, scene: Scene, path: str, options: dict[str, Any]) -> dict[str, Any]:
+    """Carry out one scene; what is left beside its file. The file is whole before it has its name."""
+    part = f"{path}.part.h5"
+    try:
+        found = getattr(_commands, function)(scene, output=part, force=True, progress=False, threads=1, **options)
+    except (SignoriniError, FileExistsError) as e:
+        return {"error": str(e)}
+    if isinstance(found, Verdict):
+        return {"verdict": found._said}
+    said = {k: v for k, v in found._said.items() if isinstance(v, (bool, int, float, str)) or v is None}
+    os.replace(part, path)
+    return {"said": said}
+
+
+class Sweep:
+    """What ``sg.sweep`` computed: one outcome a combination of values, the last key fastest.
+
+    Attributes:
+        keys: the keys that were varied.
+        values: a dict of them for each outcome.
+        folder: where the files are.
+
+    ``sweep[k]`` and ``for outcome in sweep`` give results (read when they are asked for), a ``Verdict``, or a ``Failure`` with its ``error``.
+    """
+
+    def __init__(self, values: list[dict[str, Any]], outcomes: list[dict[str, Any]], paths: list[Path], owned: str | None):
+        self.values, self._outcomes, self._paths = values, outcomes, paths
+        self.keys: list[str] = list(values[0]) if values else []
+        self.folder: Path = paths[0].parent
+        if owned is not None:
+            weakref.finalize(self, _remove, owned, os.getpid())
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, k: int) -> Outcome:
+        k = int(k) + (len(self) if k < 0 else 0)
+        if not 0 <= k < len(self):
+            raise IndexError(f"outcome {k} of {len(self)}")
+        outcome = self._outcomes[k]
+        if "error" in outcome:
+            return Failure(outcome["error"])
+        if "verdict" in outcome:
+            return Verdict(outcome["verdict"])
+        result = open_results(self._paths[k])
+        result._said = outcome["said"]
+        # a folder that nobody named lives as long as what is read from it
+        result._sweep = self  # type: ignore[union-attr]
+        return result
+
+    def __iter__(self) -> Iterator[Outcome]:
+        return (self[k] for k in range(len(self)))
+
+    def to_pandas(self, **columns: Callable[[Any], Any]) -> pandas.DataFrame:
+        """A row an outcome: the values that were varied, and of each result what a function of it gives: ``force=lambda r: r.forces.maximum.max()``.
+
+        Without functions: the numbers that the command said. Where there is no result, nothing; ``outcome`` says why.
+        """
+        try:
+            import pandas
+        except ImportError as e:
+            raise ImportError('to_pandas needs pandas: pip install "signorini[tables]"') from e
+        rows: list[dict[str, Any]] = []
+        for k, values in enumerate(self.values):
+            outcome = self[k]
+            row: dict[str, Any] = {key: x if isinstance(x, (int, float, str, bool)) else str(x) for key, x in values.items()}
+            if isinstance(outcome, Result):
+                said = {n: x for n, x in outcome._said.items() if isinstance(x, (int, float)) and n != "wall_s"}
+                row |= {name: of(outcome) for name, of in columns.items()} if columns else said
+            row["outcome"] = outcome.status if isinstance(outcome, Result) else outcome.verdict if isinstance(outcome, Verdict) else outcome.error
+            rows.append(row)
+        return pandas.DataFrame(rows)
+
+    def __repr__(self) -> str:
+        found = sum("said" in o for o in self._outcomes)
+        return f"<Sweep over {', '.join(self.keys)}: {found} results of {len(self)}>"
+
+    def _repr_html_(self) -> str:
+        from . import _html
+
+        try:
+            return _html.table(repr(self)[1:-1], []) + self.to_pandas()._repr_html_()  # type: ignore[operator]
+        except ImportError:
+            return _html.table(repr(self)[1:-1], [])
+
+
+def sweep(
+    scene: _commands.AnyScene,
+    over: Mapping[str, Sequence[Any]],
+    function: Callable[..., Any] | str = "run",
+    *,
+    folder: str | PathLike[str] | None = None,
+    workers: int | None = None,
+    side_by_side: bool = False,
+    progress: Progress = None,
+    **options: Any,
+) -> Sweep:
+    """Carry out a scene with every combination of values of its keys, each in a process of its own.
+
+    Args:
+        over: keys of the scene with the values that they take: ``{"contact.gap": [0.1, 0.2], "load[0].amplitude": [1.0, 2.0]}``.
+        function: ``sg.run``, ``sg.orbit``, ``sg.backbone``, ``sg.response``, ... or its name.
+        folder: keep the files there; called again with more values it computes what is missing. Left out, files live as long as the sweep.
+        workers: processes at a time [default: as many as there are processors].
+        side_by_side: the lists go together, first with first, in place of every combination.
+        progress: as for ``run``.
+        options: of the function.
+
+    Returns:
+        Sweep: its outcomes in the order of the values, whatever the order in which they were computed.
+
+    Raises:
+        SceneError: of any of the scenes, before anything is computed.
+
+    In a script, processes are started anew: what calls this stands under ``if __name__ == "__main__":``.
+    """
+    name = function if isinstance(function, str) else getattr(function, "__name__", "")
+    if name not in FUNCTIONS:
+        raise TypeError(f"function: give one of {', '.join(FUNCTIONS)}")
+    if not over or not all(len(list(values)) for values in over.values()):
+        raise ValueError("over: give keys of the scene, each with a list of values")
+    lists = [list(values) for values in over.values()]
+    if side_by_side and len({len(values) for values in lists}) > 1:
+        raise ValueError("over: lists that go side by side have one length")
+    combined = zip(*lists) if side_by_side else itertools.product(*lists)
+    values = [dict(zip(over, combination)) for combination in combined]
+    scene = as_scene(scene)
+    scenes = [scene.with_(value) for value in values]
+    owned: str | None = None
+    if folder is None:
+        path, owned = scratch("sweep")
+        folder = Path(path)
+    folder = Path(os.fsdecode(folder)).absolute()
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{name}-{_digest(name, s, options)}.h5" for s in scenes]
+    outcomes: dict[Path, dict[str, Any]] = {}
+    for path in paths:
+        known = path.with_suffix(".json")
+        if known.exists() and path not in outcomes:
+            outcome = json.loads(known.read_text(encoding="utf-8"))
+            # what was to come with a file, and has none, is computed again
+            if "said" not in outcome or path.exists():
+                outcomes[path] = outcome
+    missing = {p: s for p, s in zip(paths, scenes) if p not in outcomes}
+    count = min(workers or os.cpu_count() or 1, max(len(missing), 1))
+    with Shown(progress, f"{name} {scene.title}") as shown, ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as pool:
+        running = {pool.submit(_one, name, s, str(p), options): p for p, s in missing.items()}
+        try:
+            while running:
+                done, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
+                for future in done:
+                    path = running.pop(future)
+                    outcomes[path] = future.result()
+                    part = path.with_suffix(".json.part")
+                    part.write_text(json.dumps(outcomes[path]), encoding="utf-8")
+                    part.replace(path.with_suffix(".json"))
+                if shown.tell is not None:
+                    shown.tell(1.0 - len(running) / max(len(missing), 1), f"{len(missing) - len(running)} of {len(missing)}")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return Sweep(values, [outcomes[p] for p in paths], paths, owned)
+
+
+def _digest(name: str, scene: Scene, options: Mapping[str, Any]) -> str:
+    """What a file of results is named by: all that it depends on."""
+    what = json.dumps([name, scene.text, sorted(scene._scene.matrices().items()), sorted(options.items())], default=str)
+    digest = hashlib.sha256(what.encode())
+    for file in scene._scene.files():
+        digest.update((scene.file.parent / file).read_bytes())
+    return digest.hexdigest()[:16]
