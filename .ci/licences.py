@@ -1,8 +1,11 @@
 """Licences of all crates that are linked, and the page of direct dependencies: what is not permissive, or not on the page, is refused.
 
-    python3 .ci/licences.py
+    python3 .ci/licences.py [--texts FILE]
+
+`--texts` writes the texts of all of them into a file that goes along with what is given to others: archive, wheel, package of conda.
 """
 
+import argparse
 import json
 import re
 import subprocess
@@ -46,7 +49,25 @@ def permitted(expression: str) -> bool:
     return either()
 
 
+def texts(packages: list[dict]) -> str:
+    """The texts of licences that crates bring, each once, with those that it is of."""
+    of: dict[str, list[str]] = {}
+    for p in packages:
+        folder = Path(p["manifest_path"]).parent
+        names = [f"{p['name']} {p['version']} ({p['license'] or 'its own'})"]
+        files = [f for f in sorted(folder.iterdir()) if re.match(r"(?i)(licen[cs]e|copying|copyright|notice|unlicense)", f.name) and f.is_file()]
+        # the library in C that a crate brings has a licence of its own
+        files += [f for f in sorted(folder.glob("ext/*/*")) if re.match(r"(?i)(licen[cs]e|copying)", f.name) and f.is_file()]
+        for text in [f.read_text(errors="replace").strip() for f in files] or [f"{p['license']} (the crate brings no text)"]:
+            of.setdefault(text, []).extend(n for n in names if n not in of.get(text, []))
+    parts = [", ".join(names) + "\n\n" + text for text, names in of.items()]
+    return ("\n\n" + "=" * 100 + "\n\n").join(["What is linked into signorini, and under which licences.", *parts]) + "\n"
+
+
 def main() -> int:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--texts", type=Path)
+    given = parser.parse_args()
     root = Path(__file__).parents[1]
     words = ["cargo", "metadata", "--format-version", "1", "--locked"]
     data = json.loads(subprocess.run(words, cwd=root, check=True, capture_output=True, text=True).stdout)
@@ -60,6 +81,8 @@ def main() -> int:
     wrong += [f"{name} is not on docs/reference/dependencies.md" for name in sorted(direct) if f"`{name}`" not in page]
     for line in wrong:
         print(line)
+    if given.texts is not None:
+        given.texts.write_text(texts(others))
     print(f"{len(others)} crates, {len(named)} of them by name: {'all permissive and listed' if not wrong else 'REFUSED'}")
     return 1 if wrong else 0
 

@@ -44,6 +44,60 @@ fn a_failure_is_one() {
     }
 }
 
+/// A release says its version everywhere, once: in manifests, lock, citation and changelog; and refuses what is no later one.
+#[test]
+fn a_release_has_one_version() {
+    let tree = tempfile::tempdir().unwrap();
+    let files = [
+        "Cargo.toml",
+        "Cargo.lock",
+        "CITATION.cff",
+        ".zenodo.json",
+        ".ci/conda/recipe.yaml",
+        "CHANGELOG.md",
+        "src/core/Cargo.toml",
+        "python/Cargo.toml",
+    ];
+    for name in files {
+        let to = tree.path().join(name);
+        std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+        std::fs::copy(root().join(name), to).unwrap();
+    }
+    let text = |name: &str| std::fs::read_to_string(tree.path().join(name)).unwrap();
+    let release = |version: &str| {
+        let script = root().join(".ci/release.py");
+        let mut command = Command::new("python3");
+        command.arg(script).args([version, "--texts", "--date", "2030-01-02", "--tree"]);
+        command.arg(tree.path()).output().unwrap()
+    };
+    for bad in ["0.0.9", env!("CARGO_PKG_VERSION"), "1.0", "v1.0.0"] {
+        assert!(!release(bad).status.success(), "{bad}");
+    }
+    for name in files {
+        assert_eq!(text(name), std::fs::read_to_string(root().join(name)).unwrap(), "{name}");
+    }
+    let output = release("97.1.4");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for (name, places) in [
+        ("Cargo.toml", 2),
+        ("Cargo.lock", 3),
+        ("CITATION.cff", 1),
+        (".zenodo.json", 1),
+        (".ci/conda/recipe.yaml", 1),
+        ("CHANGELOG.md", 1),
+        ("src/core/Cargo.toml", 1),
+        ("python/Cargo.toml", 1),
+    ] {
+        assert_eq!(text(name).matches("97.1.4").count(), places, "{name}");
+    }
+    assert!(text("CITATION.cff").contains("date-released: 2030-01-02"));
+    assert!(text("CHANGELOG.md").contains("## Unreleased\n\n## 97.1.4 - 2030-01-02\n"));
+    let notes = text("target/release-notes/97.1.4.md");
+    assert!(notes.starts_with("signorini 97.1.4\n\n") && notes.len() > 100, "{notes}");
+    // nothing is unreleased any more
+    assert!(!release("97.1.5").status.success());
+}
+
 /// Every file with an ignored test is named there, run or with the reason why not.
 #[test]
 fn ignored_tests_are_accounted_for() {
