@@ -6,6 +6,7 @@ use std::time::Duration;
 use ndarray::Array2;
 
 use super::StoreError;
+use super::header::check_format;
 use crate::matrices::check_size;
 
 /// What the library says of a file that is read means that the file is damaged, or of another kind.
@@ -60,12 +61,13 @@ pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
     // a child that another thread starts holds the locks of this process until it has become its program
     for _ in 0..PATIENCE {
         match hdf5::File::open(path) {
-            Ok(file) => return Ok(file),
+            Ok(file) => return check_format(path, &file).map(|()| file),
             Err(e) if e.to_string().contains("lock") => std::thread::sleep(BETWEEN),
             Err(_) => return Err(damaged()),
         }
     }
-    hdf5::File::open(path).map_err(|_| damaged())
+    let file = hdf5::File::open(path).map_err(|_| damaged())?;
+    check_format(path, &file).map(|()| file)
 }
 
 /// How often a file that somebody locks is tried, and how long between.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use flate2::Crc;
 
+use super::header::write_version;
 use super::output::{MARK, replace_with};
 use super::{StoreError, write_text};
 
@@ -63,7 +64,7 @@ pub fn write_arrays(
 
 fn hdf5(path: &Path, arrays: &[Array], scene: &str) -> Result<(), StoreError> {
     let file = hdf5::File::create(path)?;
-    write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
+    write_version(&file)?;
     write_text(&file, "scene", scene)?;
     for a in arrays {
         let table = ndarray::ArrayView2::from_shape(a.shape, &a.values)

@@ -5,6 +5,7 @@ use std::path::Path;
 use hdf5::types::FixedAscii;
 
 use super::describe::describe;
+use super::header::write_version;
 use super::output::Staged;
 use super::{Outputs, StoreError, read_text, write_text};
 use crate::records::StudyTable;
@@ -41,7 +42,7 @@ pub(crate) fn write_study(
     let at = staged.at().to_owned();
     let write = || -> Result<(), StoreError> {
         let file = hdf5::File::create(&at)?;
-        write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
+        write_version(&file)?;
         write_text(&file, "title", &table.name)?;
         write_text(&file, "command", &table.command)?;
         write_text(&file, "study", &table.texts[0])?;
