@@ -5,12 +5,14 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: crack-depth release help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
+.PHONY: c notebooks crack-depth release help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
 	@echo 'make test      the whole test suite'
 	@echo 'make python    the Python package: build its wheel (target/wheels), test it in a fresh environment'
+	@echo 'make c         the library for C and its example (src/c/signorini.h)'
+	@echo 'make notebooks the tutorials as notebooks, executed (after make python)'
 	@echo 'make page      the page of signorini view in a real browser; screenshots into out/page/'
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make fuzz-coverage  the readers of files under libFuzzer, which looks for inputs that reach new code (a C++ compiler; FUZZ_SECONDS a reader, 60 unless said)'
@@ -52,6 +54,18 @@ python: setup
 	python3 -m venv $(FRESH)
 	$(FRESH)/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements.txt target/wheels/signorini-*.whl
 	$(FRESH)/bin/python -m pytest -q -p no:cacheprovider --rootdir python python/tests
+
+# the library for C (src/c/signorini.h), and its example held against the program; a C compiler
+c: build
+	cargo build --release --locked -p signorini-c
+	src/c/check.sh
+
+# the tutorials as notebooks: executed, and as pages, in target/notebooks (after make python)
+notebooks:
+	$(FRESH)/bin/python -m pip install --quiet --disable-pip-version-check nbconvert==7.17.2 ipykernel==7.4.0
+	$(FRESH)/bin/python python/tutorials/render.py --notebooks target/notebooks
+	cp -r scenarios target/notebooks/
+	MPLBACKEND=agg $(FRESH)/bin/python -m nbconvert --to html --execute --log-level WARN --output-dir target/notebooks target/notebooks/*.ipynb
 
 # needs Chromium (the package chromium of the distribution) or Chrome
 page: build

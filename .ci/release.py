@@ -54,11 +54,11 @@ def texts(tree, version, date):
     if not notes:
         refuse(f"{changelog}: nothing is unreleased")
     # checked before anything is written
-    for path in [manifest, tree / "src/core/Cargo.toml", tree / "python/Cargo.toml"]:
+    for path in [manifest, *(tree / name / "Cargo.toml" for name in ("src/core", "src/c", "python"))]:
         replaced(path, rf'^version = "{re.escape(old)}"', f'version = "{version}"')
     replaced(manifest, rf'(signorini-core = \{{ path = "src/core", version = "=){re.escape(old)}"', rf'\g<1>{version}"')
     lock = tree / "Cargo.lock"
-    replaced(lock, rf'(name = "signorini(?:-core|-python)?"\nversion = "){re.escape(old)}"', rf'\g<1>{version}"', 3)
+    replaced(lock, rf'(name = "signorini(?:-core|-c|-python)?"\nversion = "){re.escape(old)}"', rf'\g<1>{version}"', 4)
     citation = tree / "CITATION.cff"
     replaced(citation, r"^version: .*$", f"version: {version}")
     if "date-released:" in citation.read_text():

@@ -56,6 +56,7 @@ fn a_release_has_one_version() {
         ".ci/conda/recipe.yaml",
         "CHANGELOG.md",
         "src/core/Cargo.toml",
+        "src/c/Cargo.toml",
         "python/Cargo.toml",
     ];
     for name in files {
@@ -80,12 +81,13 @@ fn a_release_has_one_version() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for (name, places) in [
         ("Cargo.toml", 2),
-        ("Cargo.lock", 3),
+        ("Cargo.lock", 4),
         ("CITATION.cff", 1),
         (".zenodo.json", 1),
         (".ci/conda/recipe.yaml", 1),
         ("CHANGELOG.md", 1),
         ("src/core/Cargo.toml", 1),
+        ("src/c/Cargo.toml", 1),
         ("python/Cargo.toml", 1),
     ] {
         assert_eq!(text(name).matches("97.1.4").count(), places, "{name}");

@@ -1,15 +1,20 @@
 //! Files of earlier forms: what was written then is read now, number by number; what a later program writes is refused with its version.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::common::{json, root, run};
 use serde_json::Value;
 
-/// Files of form 1, of `scenarios/bar.toml`, `half-plate-orbit.toml` and `half-plate-viscous.toml` by the commands that they name.
+/// Files of form 1 by the commands that they name: a bar of ten elements, and a mass before an elastic stop.
 const FILES: [&str; 4] = ["run", "orbit", "backbone", "crosscheck"];
 
-fn file(name: &str) -> PathBuf {
-    root().join("tests/reference/files-1").join(format!("{name}.h5"))
+/// Unpacked into a folder.
+fn file(name: &str, folder: &Path) -> PathBuf {
+    let packed = root().join("tests/reference/files-1").join(format!("{name}.h5.gz"));
+    let mut whole = flate2::read::GzDecoder::new(std::fs::File::open(packed).unwrap());
+    let path = folder.join(format!("{name}.h5"));
+    std::io::copy(&mut whole, &mut std::fs::File::create(&path).unwrap()).unwrap();
+    path
 }
 
 #[test]
@@ -18,7 +23,7 @@ fn files_of_the_first_form_are_read() {
     let kept: Value = serde_json::from_str(&kept.unwrap()).unwrap();
     let place = tempfile::tempdir().unwrap();
     for name in FILES {
-        let path = file(name).display().to_string();
+        let path = file(name, place.path()).display().to_string();
         let now = json(&["inspect", &path]);
         for (key, then) in kept[name].as_object().unwrap() {
             // where it lies is no matter of its form
@@ -44,8 +49,7 @@ fn files_of_the_first_form_are_read() {
 #[test]
 fn files_of_a_later_form_are_refused() {
     let place = tempfile::tempdir().unwrap();
-    let copy = place.path().join("later.h5");
-    std::fs::copy(file("run"), &copy).unwrap();
+    let copy = file("run", place.path());
     let h5 = hdf5::File::open_rw(&copy).unwrap();
     h5.attr("format").unwrap().write_scalar(&7u32).unwrap();
     drop(h5);

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A crate: its folder, what of it belongs to others, and its modules in the order of the data.
 struct Crate {
     folder: &'static str,
-    without: &'static str,
+    without: &'static [&'static str],
     order: &'static [&'static str],
 }
 
@@ -17,7 +17,7 @@ struct Crate {
 const CRATES: [Crate; 2] = [
     Crate {
         folder: "src/core",
-        without: "src/core/examples",
+        without: &["src/core/examples"],
         order: &[
             "mesh",
             "fem",
@@ -34,7 +34,7 @@ const CRATES: [Crate; 2] = [
     },
     Crate {
         folder: "src",
-        without: "src/core",
+        without: &["src/core", "src/c"],
         order: &[
             "scenario", "matrices", "problem", "simulate", "records", "store", "report",
             "families", "compare", "study",
@@ -45,11 +45,13 @@ const CRATES: [Crate; 2] = [
 /// What stands behind all modules: it may use any of them.
 const LAST: [&str; 4] = ["build", "cli", "lib", "main"];
 
-fn files(folder: &Path, without: &Path, found: &mut Vec<PathBuf>) {
+fn files(folder: &Path, without: &[PathBuf], found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        if path.is_dir() && path != without {
-            files(&path, without, found);
+        if path.is_dir() {
+            if !without.contains(&path) {
+                files(&path, without, found);
+            }
         } else if path.extension().is_some_and(|e| e == "rs") {
             found.push(path);
         }
@@ -62,7 +64,8 @@ impl Crate {
         let root = crate::common::root();
         let folder = root.join(self.folder);
         let mut all = vec![];
-        files(&folder, &root.join(self.without), &mut all);
+        let without: Vec<PathBuf> = self.without.iter().map(|w| root.join(w)).collect();
+        files(&folder, &without, &mut all);
         let source = |path: PathBuf| {
             let relative = path.strip_prefix(&folder).unwrap().with_extension("");
             let mut module: Vec<String> =

@@ -474,7 +474,7 @@ fn an_interrupted_family_says_how_to_go_on() {
     let folder = TempDir::new().unwrap();
     for (name, options) in [
         ("shooting", &["--range", "1.78,1.805"][..]),
-        ("hbm", &["--range", "1.6,2.0", "--method", "hbm", "--harmonics", "1,7,15"]),
+        ("hbm", &["--range", "1.7,1.9", "--method", "hbm", "--harmonics", "1,7,15"]),
     ] {
         let (whole, cut) =
             (at(&folder, &format!("{name}-whole.h5")), at(&folder, &format!("{name}-cut.h5")));

@@ -123,7 +123,7 @@ fn responses_by_shooting() {
 /// (With penalty, on 16 points: behind the next bifurcations a branch at constant frequency magnifies rounding errors, and places its points by them.)
 #[test]
 fn backbones_by_shooting_along_the_branch() {
-    for (contact, points) in [("", "30"), ("method = 'penalty'", "7")] {
+    for (contact, points) in [("", "15"), ("method = 'penalty'", "7")] {
         let of = |units: Units| {
             let omega = format!("{:?}", 1.8 / units.1);
             let arguments =

@@ -45,6 +45,11 @@ def _clean(axes: Axes, x: str, y: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
+def _above(axes: Axes, columns: int) -> None:
+    """The legend above the chart, where no line is."""
+    axes.legend(fontsize="small", frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, borderaxespad=0.2)
+
+
 def _basins(figure: type[Figure], basins: Basins) -> Figure:
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
@@ -204,7 +209,7 @@ def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
     u_c = r.contact_displacement
     in_plane = r.columns is None and r.mesh.elements.size > 0 and r.mesh.nodes.shape[1] > 1 and np.ptp(r.mesh.nodes[:, 1]) > 0
     figure = make(figsize=(9, 9 if in_plane else 7), layout="constrained")
-    axes = figure.subplots(4 if in_plane else 3, 1, sharex=False)
+    axes = figure.subplots(4 if in_plane else 3, 1, sharex=False, height_ratios=[1, 1, 1, 1.6] if in_plane else None)
     touching = r.active.any(axis=1)
     shown = np.unique(np.linspace(0, u_c.shape[1] - 1, 6).astype(int)) if u_c.shape[1] else []
     for k, i in enumerate(shown):
@@ -212,7 +217,7 @@ def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
         axes[1].plot(r.t, r.pressure[:, i], color=COLOURS[k % 7], lw=1.2)
     if len(shown):
         axes[0].plot(r.t, np.full(len(r.t), r.mesh.gap[shown[0]]), color="black", lw=0.8, ls="--", label="obstacle")
-        axes[0].legend(fontsize="small", ncols=4, frameon=False)
+        _above(axes[0], 7)
     for a in axes[:3]:
         _shade(a, r.t, touching)
         a.set_xlim(r.t[0], r.t[-1])
@@ -225,7 +230,7 @@ def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
     for name, colour in zip(("kinetic", "elastic"), COLOURS):
         axes[2].plot(e.t[known], e[name][known], style, color=colour, lw=1.2, ms=4, label=name)
     axes[2].plot(e.t[known], (e.kinetic + e.elastic)[known], style, color="black", lw=1.2, ms=4, label="sum")
-    axes[2].legend(fontsize="small", ncols=3, frameon=False)
+    _above(axes[2], 3)
     _clean(axes[2], "t", "energy")
     if in_plane:
         loaded = r.pressure.max(axis=1) if r.pressure.size else np.zeros(1)
@@ -312,7 +317,7 @@ def _crosscheck(make: type[Figure], c: Crosscheck) -> Figure:
     _wide(left, c.hbm_energy, c.orbit_energy[found])
     _wide(right, c.residual, c.moved[found])
     for axes, y in [(left, "energy"), (right, "relative")]:
-        axes.legend(fontsize="small", frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.2)
+        _above(axes, 3)
         _clean(axes, "circular frequency", y)
     figure.suptitle(c.title, x=0.01, ha="left")
     return figure

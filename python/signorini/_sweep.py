@@ -214,5 +214,5 @@ def _digest(name: str, scene: Scene, options: Mapping[str, Any]) -> str:
     what = json.dumps([name, scene.text, sorted(scene._scene.matrices().items()), sorted(options.items())], default=str)
     digest = hashlib.sha256(what.encode())
     for file in scene._scene.files():
-        digest.update((scene.file.parent / file).read_bytes())
+        digest.update(Path(file).read_bytes())
     return digest.hexdigest()[:16]

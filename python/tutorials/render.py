@@ -1,6 +1,6 @@
 """Run the tutorials and write what they print and draw beside them, as Markdown: ``python python/tutorials/render.py``, from the project's folder.
 
-With ``--check`` nothing is written: the output must be what stands there.
+With ``--check`` nothing is written: the output must be what stands there. ``--notebooks FOLDER`` writes the tutorials as notebooks, which are executed where they are opened.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import io
+import json
 import re
 import sys
 import tempfile
@@ -55,6 +56,22 @@ def render(script: Path, image: Path) -> str:
     return "\n\n".join(out) + "\n"
 
 
+def notebook(script: Path) -> str:
+    """The script as a notebook of Jupyter (format 4.5), without output."""
+    made = []
+    for k, (is_words, text) in enumerate(cells(script.read_text(encoding="utf-8"))):
+        # a figure is shown by being the last thing of its cell
+        text = text if is_words or not re.search(r"^figure = ", text, re.M) else f"{text}\nfigure"
+        cell = {"id": f"cell-{k}", "metadata": {}, "source": text.splitlines(keepends=True)}
+        made.append({"cell_type": "markdown", **cell} if is_words else {"cell_type": "code", "execution_count": None, "outputs": [], **cell})
+    about = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
+    return json.dumps({"cells": made, "metadata": about, "nbformat": 4, "nbformat_minor": 5}, indent=1, ensure_ascii=False) + "\n"
+
+
+def scripts() -> list[Path]:
+    return [script for script in sorted(HERE.glob("*.py")) if script.name != "render.py"]
+
+
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
@@ -68,10 +85,14 @@ def same(a: str, b: str) -> bool:
 
 def main() -> int:
     check = "--check" in sys.argv
+    if "--notebooks" in sys.argv:
+        folder = Path(sys.argv[sys.argv.index("--notebooks") + 1])
+        folder.mkdir(parents=True, exist_ok=True)
+        for script in scripts():
+            (folder / f"{script.stem}.ipynb").write_text(notebook(script), encoding="utf-8")
+        return 0
     differ = []
-    for script in sorted(HERE.glob("*.py")):
-        if script.name == "render.py":
-            continue
+    for script in scripts():
         target = script.with_suffix(".md")
         with tempfile.TemporaryDirectory() as folder:
             image = Path(folder if check else HERE) / f"{script.stem}.png"

@@ -6,7 +6,7 @@ use std::time::Duration;
 use ndarray::Array2;
 
 use super::StoreError;
-use super::header::check_format;
+use super::form::check_format;
 use crate::matrices::check_size;
 
 /// What the library says of a file that is read means that the file is damaged, or of another kind.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::bodies::{words, write_bodies, write_contact};
 use super::describe::describe;
+use super::form::write_version;
 use super::mesh::{size_of_mesh, write_mesh};
 use super::output::{Outputs, Staged, check_room};
 use super::swings::write_swings;
@@ -97,32 +98,6 @@ pub(super) fn write_problem(g: &hdf5::Group, problem: u64) -> Result<(), StoreEr
 /// The number of all that the equations depend on.
 pub(super) fn read_problem(g: &hdf5::Group) -> Option<u64> {
     u64::from_str_radix(&read_text(g, "problem")?, 16).ok()
-}
-
-/// The form of files: what is written so that programs that know an earlier form would misread it has the next number.
-pub(super) const FORMAT: u32 = 1;
-
-/// The program that writes a file, and the form of it.
-pub(super) fn write_version(file: &hdf5::File) -> Result<(), StoreError> {
-    write_text(file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
-    file.new_attr::<u32>().create("format")?.write_scalar(&FORMAT)?;
-    Ok(())
-}
-
-/// Whether a file is of a form that is known: those without a number are of the first.
-pub(super) fn check_format(path: &Path, file: &hdf5::File) -> Result<(), StoreError> {
-    let format: u32 = file.attr("format").and_then(|a| a.read_scalar()).unwrap_or(FORMAT);
-    if format <= FORMAT {
-        return Ok(());
-    }
-    let version = read_text(file, "signorini_version").unwrap_or_default();
-    Err(StoreError::unusable(
-        path,
-        format!(
-            "written by signorini {version}, in a form ({format}) that this version ({}, forms up to {FORMAT}) does not know: read it with that version or a later one",
-            env!("CARGO_PKG_VERSION")
-        ),
-    ))
 }
 
 /// Program, scene, command, time.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use flate2::Crc;
 
-use super::header::write_version;
+use super::form::write_version;
 use super::output::{MARK, replace_with};
 use super::{StoreError, write_text};
 

@@ -21,6 +21,7 @@ mod events;
 mod excursions;
 mod family;
 mod forces;
+mod form;
 mod grazings;
 mod header;
 mod journal;

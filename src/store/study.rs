@@ -5,7 +5,7 @@ use std::path::Path;
 use hdf5::types::FixedAscii;
 
 use super::describe::describe;
-use super::header::write_version;
+use super::form::write_version;
 use super::output::Staged;
 use super::{Outputs, StoreError, read_text, write_text};
 use crate::records::StudyTable;

@@ -134,7 +134,9 @@ mod tests {
                 AlongSeries::new((&mut body, Closure::FORCED), whole, &mut fewer).unwrap().unwrap();
             let error = apart(&found.stability, &exact);
             assert!(error < 2.0 * found.error, "{n_h}: {error:e}, told {:e}", found.error);
-            assert!(found.error < 100.0 / (n_h as f64).powi(3), "{n_h}: {:e}", found.error);
+            let cube = (n_h as f64).powi(3);
+            assert!(error < 25.0 / cube && found.error < 200.0 / cube, "{n_h}: {error:e}");
+            println!("{n_h}: {error:.1e}, told {:.1e}", found.error);
             // Liouville: whatever the switches, ln det = −αmT
             if let Some(determinant) = determinant {
                 let product = found.stability.multipliers.iter().map(|m| m.0.hypot(m.1));

@@ -19,6 +19,19 @@ const SCRIPT: &str = include_str!("page.js");
 /// Of the libraries that are built into the script.
 const LICENCES: &str = include_str!("web/LICENCES.txt");
 
+/// A command without the folders of the machine that it was given on: a page goes to others.
+fn without_folders(command: &str) -> String {
+    let is_whole = |word: &str| {
+        let drive = word.as_bytes().get(1) == Some(&b':') && word.contains('\\');
+        word.starts_with('/') || word.starts_with("~/") || drive
+    };
+    let name = |word: &str| match is_whole(word) {
+        true => word.rsplit(['/', '\\']).next().unwrap_or_default().to_owned(),
+        false => word.to_owned(),
+    };
+    command.split(' ').map(name).collect::<Vec<_>>().join(" ")
+}
+
 /// Something to look at.
 pub struct View(Value);
 
@@ -30,7 +43,7 @@ impl View {
             "name": stored.path.file_name().map(|n| n.to_string_lossy()),
             "title": stored.title,
             "status": stored.status.to_string(),
-            "command": stored.command,
+            "command": without_folders(&stored.command),
             "body": body::body(stored, materials),
             "motion": motion::motion(stored),
             "orbit": orbit.map(of_orbit),
@@ -123,4 +136,27 @@ pub fn html(views: &[View]) -> String {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_folders;
+
+    #[test]
+    fn pages_tell_no_folders() {
+        for (command, told) in [
+            (
+                "/home/me/bin/signorini run /data/customer/x.toml -o y.h5",
+                "signorini run x.toml -o y.h5",
+            ),
+            ("C:\\me\\signorini.exe run scenes\\x.toml", "signorini.exe run scenes\\x.toml"),
+            (
+                "signorini run scenarios/plate.toml --omega 1/2",
+                "signorini run scenarios/plate.toml --omega 1/2",
+            ),
+            ("signorini run ~/x.toml", "signorini run x.toml"),
+        ] {
+            assert_eq!(without_folders(command), told);
+        }
+    }
 }
