@@ -49,7 +49,7 @@ FRESH := target/python
 python: setup
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check maturin==1.16.0
 	rm -rf target/wheels $(FRESH)
-	python3 .ci/licences.py --texts python/THIRDPARTY.txt
+	python3 .ci/licences.py --texts python/LICENSES/THIRDPARTY.txt
 	.venv/bin/maturin build --release --locked --quiet -m python/Cargo.toml -o target/wheels
 	python3 -m venv $(FRESH)
 	$(FRESH)/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements.txt target/wheels/signorini-*.whl

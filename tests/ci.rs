@@ -100,6 +100,15 @@ fn a_release_has_one_version() {
     assert!(!release("97.1.5").status.success());
 }
 
+/// The wheel brings the licences of the project, as they are.
+#[test]
+fn the_wheel_has_the_licences() {
+    let text = |name: &str| std::fs::read_to_string(root().join(name)).unwrap();
+    for (own, copy) in [("LICENSE-MIT", "MIT.txt"), ("LICENSE-APACHE", "Apache-2.0.txt")] {
+        assert_eq!(text(own), text(&format!("python/LICENSES/{copy}")));
+    }
+}
+
 /// Every file with an ignored test is named there, run or with the reason why not.
 #[test]
 fn ignored_tests_are_accounted_for() {
