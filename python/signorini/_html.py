@@ -22,7 +22,7 @@ def table(title: str, facts: Facts) -> str:
         f'<tr><th style="text-align:left;font-weight:normal;opacity:.7">{html.escape(name)}</th><td style="text-align:left">{html.escape(_word(x))}</td></tr>'
         for name, x in facts
     )
-    return f"<p><b>{html.escape(title)}</b></p><table>{rows}</table>"
+    return f"<p><b>{html.escape(title)}</b></p>" + (f"<table>{rows}</table>" if rows else "")
 
 
 def picture(result: Any) -> str:

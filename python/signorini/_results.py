@@ -421,7 +421,8 @@ class Run(Result):
         return np.stack(columns, axis=1) if columns else np.zeros((len(table), 0))
 
     def _facts(self) -> list[tuple[str, Any]]:
-        facts: list[tuple[str, Any]] = [("energy drift", self.energy_drift_total), ("every switch proved to be the next", self.certified)]
+        proved = "proved" if self.certified else "not proved: that takes an exact flow (run.integrator) to the end"
+        facts: list[tuple[str, Any]] = [("energy drift", self.energy_drift), ("every switch is the next", proved)]
         return [*facts, ("largest penetration", self.max_penetration), *super()._facts()]
 
     def _text(self) -> str:

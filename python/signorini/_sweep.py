@@ -10,6 +10,7 @@ import os
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
@@ -99,7 +100,7 @@ class Sweep:
         return (self[k] for k in range(len(self)))
 
     def to_pandas(self, **columns: Callable[[Any], Any]) -> pandas.DataFrame:
-        """A row an outcome: the values that were varied, and of each result what a function of it gives: ``force=lambda r: r.forces.maximum.max()``.
+        """A row an outcome: the values that were varied, and of each result what a function of it gives: ``force=lambda r: r.forces.maximum[r.forces.kind == "contact"].max()``.
 
         Without functions: the numbers that the command said. Where there is no result, nothing; ``outcome`` says why.
         """
@@ -126,7 +127,8 @@ class Sweep:
         from . import _html
 
         try:
-            return _html.table(repr(self)[1:-1], []) + self.to_pandas()._repr_html_()  # type: ignore[operator]
+            numbers = self.to_pandas().drop(columns="outcome", errors="ignore")
+            return _html.table(repr(self)[1:-1], []) + numbers.iloc[:, :12]._repr_html_()  # type: ignore[operator]
         except ImportError:
             return _html.table(repr(self)[1:-1], [])
 
@@ -203,6 +205,9 @@ def sweep(
                     part.replace(path.with_suffix(".json"))
                 if shown.tell is not None:
                     shown.tell(1.0 - len(running) / max(len(missing), 1), f"{len(missing) - len(running)} of {len(missing)}")
+        except BrokenProcessPool as e:
+            why = 'a process of the sweep ended. In a script the call stands under if __name__ == "__main__":, because processes read the script anew'
+            raise SignoriniError(f"{why}; what is done is kept where a folder is named") from e
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise

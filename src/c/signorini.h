@@ -30,7 +30,7 @@ typedef struct {
 const char *signorini_version(void);
 
 /* Carry a command out, its arguments as at the terminal without the program's name: {"run", "plate.toml", "-o", "plate.h5"}.
- * Nothing is printed. The answer is never null. */
+ * Nothing is printed (--help and --version are for the terminal). The answer is never null. */
 signorini_answer *signorini_call(const char *const *arguments, size_t count);
 
 /* 0: done; 2: bad input; 3: the numerics failed (the answer says how far they came); 1: anything else. */

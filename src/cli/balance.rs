@@ -49,7 +49,8 @@ pub struct Arguments {
     /// Harmonic balance: sample the period this often (AFT) instead of resolving the switches; an approximation
     #[arg(long, value_name = "SAMPLES")]
     pub aft: Option<usize>,
-    /// Harmonic balance: shoot from every point, and give the stability of the orbit that it approximates
+    /// Harmonic balance: shoot from every point, and give the multipliers and stability of the orbit that it approximates; where there is none near,
+    /// the multipliers along the series, with an estimate of their error
     #[arg(long)]
     pub shoot: bool,
 }

@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with = "list")]
     form: bool,
     /// What another code found, beside it (several times)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["list", "form"])]
     with: Vec<PathBuf>,
     /// Keep scenes and results in a folder
     #[arg(long, value_name = "FOLDER")]
@@ -75,7 +75,13 @@ fn chosen(names: &[String]) -> Result<Vec<Benchmark>, CliError> {
             known.join(", ")
         )))
     };
-    names.iter().map(one).collect()
+    let chosen = names.iter().map(one).collect::<Result<Vec<Benchmark>, CliError>>()?;
+    let mut names: Vec<&str> = chosen.iter().map(|b| b.name.as_str()).collect();
+    names.sort_unstable();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(CliError::Input(format!("two benchmarks are called {}", pair[0]))),
+        None => Ok(chosen),
+    }
 }
 
 /// A command with its arguments, and the object that it answers with.
@@ -93,7 +99,10 @@ pub fn run(
             let asked: Vec<&str> = b.quantities().map(|q| q.name.as_str()).collect();
             json!({"name": b.name, "title": b.title, "about": b.about, "kind": b.kind.word(), "source": b.source, "quantities": asked})
         };
-        let line = |b: &Benchmark| format!("{:<22} {}\n{:22} {}\n", b.name, b.title, "", b.source);
+        let line = |b: &Benchmark| {
+            let (name, of) = (&b.name, commands(b));
+            format!("{name:<22} {}\n{:22} {} ({of})\n", b.title, "", b.source)
+        };
         return Ok(global.answer(
             || benchmarks.iter().map(row).collect(),
             || benchmarks.iter().map(line).collect(),
@@ -152,13 +161,25 @@ fn carry_out<'a>(
     let folder = keep.unwrap_or(&scratch).join(&benchmark.name);
     let failed = |e: std::io::Error| CliError::Other(format!("{}: {e}", folder.display()));
     std::fs::create_dir_all(&folder).map_err(failed)?;
-    for (name, text) in &benchmark.files {
-        std::fs::write(folder.join(name), text).map_err(failed)?;
+    for (name, content) in &benchmark.files {
+        let path = folder.join(name);
+        path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(failed)?;
+        std::fs::write(path, content).map_err(failed)?;
     }
     let start = Instant::now();
     let mut found = vec![];
     for (k, measure) in benchmark.measures.iter().enumerate() {
-        let answer = answer_of(measure, (k, &folder), execute);
+        // as the benchmark is called, not as its folder
+        let told = |e: &CliError| e.text().replace(&folder.display().to_string(), &benchmark.name);
+        let answer = match answer_of(measure, (k, &folder), execute) {
+            Ok(answer) => Ok(answer),
+            // a command or a scene that cannot be read is no number that is missed
+            Err(e @ (CliError::Scene(_) | CliError::Input(_))) => {
+                return Err(CliError::Input(format!("{}: {}", benchmark.name, told(&e))));
+            }
+            Err(e @ CliError::Numerics(_)) => Err(told(&e)),
+            Err(e) => return Err(e),
+        };
         found.extend(measure.quantities.iter().map(|quantity| {
             let value = answer.as_ref().map_err(String::clone);
             Found { quantity, value: value.and_then(|answer| quantity.in_answer(answer)) }
@@ -177,13 +198,20 @@ fn answer_of(
     measure: &Measure,
     (k, folder): (usize, &Path),
     execute: Execute<'_>,
-) -> Result<Value, String> {
+) -> Result<Value, CliError> {
     let mut arguments = measure.command.clone();
     let file = |name: String| folder.join(name).display().to_string();
     arguments.insert(1, file("scene.toml".into()));
     let results = file(format!("{}-{k}.h5", measure.command[0]));
     arguments.extend(["--force", "-o", &results].map(String::from));
-    execute(&arguments).map_err(|e| e.text())
+    execute(&arguments)
+}
+
+/// The commands that measure.
+fn commands(b: &Benchmark) -> String {
+    let each: Vec<String> =
+        b.measures.iter().map(|m| format!("`{}`", m.command.join(" "))).collect();
+    each.join(", ")
 }
 
 /// How far off, in words: below rounding of other machines nothing is told.
@@ -207,7 +235,7 @@ fn object(done: &[Done], others: &[Results]) -> Value {
     let benchmark = |d: &Done| {
         let b = d.benchmark;
         json!({
-            "name": b.name, "title": b.title, "about": b.about, "kind": b.kind.word(), "source": b.source, "wall_s": d.seconds,
+            "name": b.name, "title": b.title, "about": b.about, "kind": b.kind.word(), "source": b.source, "wall_s": d.seconds, "seconds_of_others": others.iter().filter_map(|o| Some(json!({"code": o.code, "seconds": o.seconds.get(&b.name)?}))).collect::<Vec<_>>(),
             "passes": d.found.iter().all(Found::passes), "quantities": d.found.iter().map(|f| quantity(d, f)).collect::<Vec<_>>(),
         })
     };
@@ -219,9 +247,10 @@ fn text(done: &[Done], others: &[Results]) -> String {
     for d in done {
         let b = d.benchmark;
         out += &format!(
-            "{}: {} ({:.1} s)\n  {}: {}\n",
+            "{}: {}, by {} ({:.1} s)\n  {}: {}\n",
             b.name,
             b.title,
+            commands(b),
             d.seconds,
             b.kind.word(),
             b.source
@@ -247,6 +276,11 @@ fn text(done: &[Done], others: &[Results]) -> String {
                 }
             }
         }
+        for o in others {
+            if let Some(seconds) = o.seconds.get(&b.name) {
+                out += &format!("         {}: {} s\n", o.code, plain(*seconds));
+            }
+        }
         out += "\n";
     }
     let missed = done.iter().flat_map(|d| &d.found).filter(|f| !f.passes()).count();
@@ -266,15 +300,21 @@ fn markdown(done: &[Done], others: &[Results]) -> String {
     );
     for d in done {
         let b = d.benchmark;
-        let names: String = others.iter().map(|o| format!(" {} |", o.code)).collect();
+        let names: String =
+            others.iter().map(|o| format!(" {} |", o.code.replace('|', "\\|"))).collect();
         let lines: String = others.iter().map(|_| " --- |").collect();
+        let timed = others
+            .iter()
+            .filter_map(|o| Some(format!("; {} {} s", o.code, plain(*o.seconds.get(&b.name)?))));
+        let timed: String = timed.collect();
         out += &format!(
-            "\n## {}\n\n{}. {} {}: {}. (`signorini benchmark {}`, {} s)\n\n| what | reference | within | off by |{names}\n| --- | --- | --- | --- |{lines}\n",
+            "\n## {}\n\n{}. {} {}: {}. By {} (`signorini benchmark {}`, {} s{timed}).\n\n| what | reference | within | off by |{names}\n| --- | --- | --- | --- |{lines}\n",
             b.name,
             b.title,
             b.about,
             capital(b.kind.word()),
             b.source,
+            commands(b),
             b.name,
             if d.seconds < 9.95 {
                 format!("{:.1}", d.seconds)

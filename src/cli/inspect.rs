@@ -317,7 +317,12 @@ impl Overview<'_> {
     /// How many orbits are stable, unstable, of unknown stability.
     fn stability(&self) -> [usize; 3] {
         [Some(true), Some(false), None]
-            .map(|stable| self.orbits().filter(|o| o.stable == stable).count())
+            .map(|stable| self.orbits().filter(|o| !o.no_orbit_near && o.stable == stable).count())
+    }
+
+    /// Series that were shot from, and that no orbit is near.
+    fn none_near(&self) -> usize {
+        self.orbits().filter(|o| o.no_orbit_near).count()
     }
 
     fn extent(&self, branch: usize) -> Extent {
@@ -362,7 +367,7 @@ impl Overview<'_> {
             "title": f.title, "status": f.status, "version": origin.version,
             "created": origin.created, "command": origin.command, "scene": f.scene,
             "kind": f.identity.to_string(), "branches": branches, "points": f.points.len(),
-            "orbits": self.orbits().count(), "stable": stable, "unstable": unstable,
+            "orbits": self.orbits().count(), "stable": stable, "unstable": unstable, "no_orbit_near": self.none_near(),
             "gaps": self.gaps(), "specials": self.specials(), "omega": self.omega(),
             "energy": self.bounds(|o| o.energy), "amplitude": self.bounds(|o| o.amplitude),
             "largest_residual": self.bounds(|o| o.residual).map(|b| b[1]),
@@ -426,7 +431,12 @@ impl Overview<'_> {
             0 => String::new(),
             n => format!(", {n} of unknown stability"),
         };
-        format!("{}: {stable} stable, {unstable} unstable{unknown}", self.orbits().count())
+        let all = self.orbits().count();
+        let none = match self.none_near() {
+            0 => String::new(),
+            none => format!("; {none} are series without an orbit near"),
+        };
+        format!("{all}: {stable} stable, {unstable} unstable{unknown}{none}")
     }
 
     fn gaps_text(&self) -> String {

@@ -8,6 +8,7 @@ use serde_json::json;
 use signorini::report::families;
 use signorini::report::figure::{self, Drawing, Style};
 use signorini::report::overlay;
+use signorini::report::page::Words;
 use signorini::report::pictures::{self, Options};
 use signorini::report::plane;
 use signorini::store::{
@@ -142,6 +143,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             global,
             &arguments.files,
             stem.map(|s| beside(&without_ending(s.to_owned(), &["html"]), ".html")),
+            &Words::default(),
         )?;
         let name = path.display().to_string();
         return Ok(global.answer(|| json!({"written": [name]}), || format!("{name}\n")));

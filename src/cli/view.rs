@@ -9,7 +9,7 @@ use serde_json::json;
 use signorini::families::motions::{Motions, NoMotion};
 use signorini::problem::materials;
 use signorini::report::figure::Style;
-use signorini::report::page::{self, View};
+use signorini::report::page::{self, View, Words};
 use signorini::scenario::Scene;
 use signorini::store::{
     Content, Outputs, Stored, StoredFamily, content, read_stored_orbit, replace,
@@ -21,7 +21,7 @@ use super::{Answer, CliError, Global, load, one_picture};
 /// Arguments of `view`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The page needs no network and no other file: it can be sent to others, and be part of a paper's supplement.\n\nExample:\n  signorini view plate.h5\n  signorini view backbone.h5 hbm.h5 viscous.h5 -o compared.html\n  signorini view orbit.h5 --no-open"
+    after_help = "The page needs no network and no other file: it can be sent to others, and be part of a paper's supplement.\n\nExample:\n  signorini view plate.h5\n  signorini view backbone.h5 hbm.h5 viscous.h5 -o compared.html\n  signorini view orbit.h5 --no-open\n  signorini view plate.h5 --title 'Plate 2' --text 'After the second test.'"
 )]
 pub struct Arguments {
     /// Files of this program; several families are shown in one diagram
@@ -30,6 +30,12 @@ pub struct Arguments {
     /// Where to write the page [default: the file's name with .html; for several files overlay.html]
     #[arg(short, long, value_name = "OUT.html")]
     output: Option<PathBuf>,
+    /// Title of the page, in place of those of the files
+    #[arg(long)]
+    title: Option<String>,
+    /// A text of your own below it; paragraphs stand apart by an empty line
+    #[arg(long)]
+    text: Option<String>,
     /// Write the page, and do not show it
     #[arg(long)]
     no_open: bool,
@@ -37,7 +43,9 @@ pub struct Arguments {
 
 /// Write the page and show it.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
-    let path = write(global, &arguments.files, arguments.output.clone())?;
+    let Arguments { title, text, .. } = arguments;
+    let words = Words { title: title.clone(), text: text.clone() };
+    let path = write(global, &arguments.files, arguments.output.clone(), &words)?;
     let shown = !arguments.no_open && !global.json && global.caller.desk.is_none() && show(&path);
     let name = path.display().to_string();
     Ok(global.answer(
@@ -54,6 +62,7 @@ pub(super) fn write(
     global: &Global,
     files: &[PathBuf],
     output: Option<PathBuf>,
+    words: &Words,
 ) -> Result<PathBuf, CliError> {
     // what cannot be read is said first
     files.iter().try_for_each(|file| content(file).map(drop))?;
@@ -65,7 +74,7 @@ pub(super) fn write(
     outputs.check_derived(&path)?;
     let views: Result<Vec<View>, CliError> =
         files.iter().map(|file| of_file(global, file, files.len())).collect();
-    replace(&path, page::html(&views?).as_bytes())?;
+    replace(&path, page::html(&views?, words).as_bytes())?;
     Ok(path)
 }
 

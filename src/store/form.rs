@@ -16,9 +16,13 @@ pub(super) fn write_version(file: &hdf5::File) -> Result<(), StoreError> {
 
 /// Whether a file is of a form that is known: those without a number are of the first.
 pub(super) fn check_format(path: &Path, file: &hdf5::File) -> Result<(), StoreError> {
-    let format: u32 = file.attr("format").and_then(|a| a.read_scalar()).unwrap_or(FORMAT);
-    if format <= FORMAT {
+    let Ok(attribute) = file.attr("format") else { return Ok(()) };
+    let format: i64 = attribute.read_scalar().unwrap_or(-1);
+    if (1..=i64::from(FORMAT)).contains(&format) {
         return Ok(());
+    }
+    if format < 1 {
+        return Err(StoreError::unusable(path, "its attribute format is no number of a form"));
     }
     let version = read_text(file, "signorini_version").unwrap_or_default();
     Err(StoreError::unusable(

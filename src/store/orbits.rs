@@ -74,6 +74,9 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
     let multipliers = matrix(o.multipliers.len(), 2, flat)?;
     g.new_dataset_builder().with_data(&multipliers).create("multipliers")?;
     o.multipliers_within.map_or(Ok(()), |error| scalar(g, WITHIN, error))?;
+    if o.no_orbit_near {
+        scalar(g, NONE_NEAR, 1.0)?;
+    }
     let s = g.create_group("switches")?;
     let column = |f: &dyn Fn(&(f64, usize, SwitchKind)) -> f64| {
         o.switches.iter().map(f).collect::<Vec<f64>>()
@@ -89,6 +92,7 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
 }
 
 const WITHIN: &str = "multipliers_within";
+const NONE_NEAR: &str = "no_orbit_near";
 const OF_FRICTION: [&str; 2] = ["friction_work", "belt_work"];
 const FAMILY_DIMENSION: &str = "family_dimension";
 const DRIFT: &str = "drift";
@@ -164,6 +168,7 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
         u0: g.dataset("u0")?.values()?,
         v0: g.dataset("v0")?.values()?,
         multipliers: read_pairs(g, "multipliers")?,
+        no_orbit_near: g.attr(NONE_NEAR).is_ok(),
         multipliers_within: read_scalar(g, WITHIN).ok(),
         trivial: read_scalar(g, "trivial_multipliers")? as usize,
         stable: match read_text(g, "stable").as_deref() {

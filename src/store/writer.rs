@@ -9,6 +9,7 @@ use super::careful::reading;
 use super::checkpoint;
 use super::describe::describe;
 use super::events::{Events, read_log};
+use super::form::check_format;
 use super::header::{WriterOptions, create_file};
 use super::kept::Kept;
 use super::mesh::size_of_mesh;
@@ -134,6 +135,7 @@ impl Writer {
         }
         let opened = || -> Result<(Writer, Resumed), StoreError> {
             let file = hdf5::File::open_rw(&at)?;
+            check_format(&at, &file)?;
             if super::read_text(&file, "scene").as_deref() != Some(&scene.source.text) {
                 return Err(refuse("it was made from another scene"));
             }

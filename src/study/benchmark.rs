@@ -90,8 +90,8 @@ pub struct Benchmark {
     pub source: String,
     /// What is measured.
     pub measures: Vec<Measure>,
-    /// Its files: `scene.toml` and what that names.
-    pub files: Vec<(String, String)>,
+    /// Its files: `benchmark.toml`, `scene.toml` and what that names.
+    pub files: Vec<(String, Vec<u8>)>,
 }
 
 macro_rules! built_in {
@@ -107,7 +107,7 @@ macro_rules! built_in {
 type File = (&'static str, &'static str);
 
 /// Names, definitions, files.
-static BUILT_IN: [(&str, &str, &[File]); 9] = built_in! {
+static BUILT_IN: [(&str, &str, &[File]); 11] = built_in! {
     "two-element-bar":;
     "nonsmooth-mode":;
     "bouncing-bar":;
@@ -115,7 +115,9 @@ static BUILT_IN: [(&str, &str, &[File]); 9] = built_in! {
     "sphere-on-plane": "sphere-ring.msh";
     "elastic-stop-mode": "one.mtx";
     "elastic-stop-response": "one.mtx";
+    "dry-oscillator":;
     "den-hartog":;
+    "jenkins-element":;
     "two-frequencies": "two-mass-stop-M.mtx" "two-frequencies-K.mtx";
 };
 
@@ -123,7 +125,8 @@ impl Benchmark {
     /// Those that are built in.
     pub fn all() -> Result<Vec<Benchmark>, String> {
         let read = |(name, text, files): &(&str, &str, &[File])| {
-            let files = files.iter().map(|(name, text)| (String::from(*name), String::from(*text)));
+            let files =
+                files.iter().map(|(name, text)| (String::from(*name), text.as_bytes().to_vec()));
             Benchmark::parse(name, text, files.collect())
         };
         BUILT_IN.iter().map(read).collect()
@@ -132,36 +135,44 @@ impl Benchmark {
     /// That of a folder, with all files beside `benchmark.toml`.
     pub fn read(folder: &Path) -> Result<Benchmark, String> {
         let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
-        let text = |path: &Path| std::fs::read_to_string(path).map_err(|e| failed(path, e));
-        let definition = text(&folder.join("benchmark.toml"))?;
+        let path = folder.join("benchmark.toml");
+        let definition = std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?;
         let mut files = vec![];
-        for entry in std::fs::read_dir(folder).map_err(|e| failed(folder, e))? {
-            let path = entry.map_err(|e| failed(folder, e))?.path();
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            if path.is_file() && name != "benchmark.toml" {
-                files.push((name, text(&path)?));
-            }
-        }
+        collect(folder, folder, &mut files).map_err(|e| failed(folder, e))?;
         files.sort();
         let name = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Benchmark::parse(&name, &definition, files)
     }
 
-    fn parse(name: &str, text: &str, files: Vec<(String, String)>) -> Result<Benchmark, String> {
+    fn parse(name: &str, text: &str, files: Vec<(String, Vec<u8>)>) -> Result<Benchmark, String> {
         let at = |what: String| format!("{name}/benchmark.toml: {what}");
         let keys: Keys = toml::from_str(text).map_err(|e| at(e.to_string()))?;
         let Keys { title, about, kind, source, measures } = keys;
+        let mut names = vec![];
         for q in measures.iter().flat_map(|m| &m.quantities) {
+            let of = |what: String| at(format!("{}: {what}", q.name));
+            if q.find.is_empty() {
+                return Err(of("find: where in the answer the number stands".into()));
+            }
             // a formula that cannot be read, or knows other names, is found before anything is computed
             let known: BTreeMap<String, f64> = q.find.keys().map(|k| (k.clone(), 1.0)).collect();
-            q.of(&known).map_err(|e| at(format!("{}: {e}", q.name)))?;
-            if !q.reference.is_finite() || q.reference == 0.0 || !q.within.is_finite() {
-                return Err(at(format!(
-                    "{}: reference and within are finite numbers, the first not zero",
-                    q.name
-                )));
+            q.of(&known).map_err(of)?;
+            if !q.reference.is_finite() || q.reference == 0.0 {
+                return Err(of(
+                    "reference: a number, and not zero, because within is relative".into()
+                ));
             }
+            if !(q.within.is_finite() && q.within > 0.0) {
+                return Err(of("within: a positive number".into()));
+            }
+            if names.contains(&&q.name) {
+                return Err(of("two quantities are called so".into()));
+            }
+            names.push(&q.name);
+        }
+        if names.is_empty() || measures.iter().any(|m| m.quantities.is_empty()) {
+            return Err(at("measure: each has a quantity at least".into()));
         }
         if measures.iter().any(|m| m.command.is_empty()) {
             return Err(at("command: the name of a command, and its options".into()));
@@ -169,7 +180,8 @@ impl Benchmark {
         if !files.iter().any(|(name, _)| name == "scene.toml") {
             return Err(at("scene.toml is missing beside it".into()));
         }
-        let name = name.to_owned();
+        let (name, mut files) = (name.to_owned(), files);
+        files.push(("benchmark.toml".to_owned(), text.as_bytes().to_vec()));
         Ok(Benchmark { name, title, about, kind, source, measures, files })
     }
 
@@ -200,17 +212,42 @@ impl Quantity {
     /// Its number in the answer of the command.
     pub fn in_answer(&self, answer: &Value) -> Result<f64, String> {
         let part = |(name, path): (&String, &String)| {
-            let found = at(answer, path).and_then(|v| v.as_f64());
-            let found = found.ok_or_else(|| format!("no number at {path} of the answer"))?;
+            let there = at(answer, path);
+            let found = there.as_ref().and_then(Value::as_f64);
+            let found = found.ok_or_else(|| match there {
+                Some(Value::Array(list)) if !list.is_empty() => {
+                    format!("a list stands at {path} of the answer: say which, {path}/0")
+                }
+                _ => format!("no number at {path} of the answer"),
+            })?;
             Ok((name.clone(), found))
         };
-        self.of(&self.find.iter().map(part).collect::<Result<_, String>>()?)
+        let found = self.of(&self.find.iter().map(part).collect::<Result<_, String>>()?)?;
+        match found.is_finite() {
+            true => Ok(found),
+            false => Err(format!("the formula gives {found}")),
+        }
     }
 
     /// How far a number is from the reference, relative.
     pub fn off(&self, x: f64) -> f64 {
         (x - self.reference).abs() / self.reference.abs()
     }
+}
+
+/// The files of a folder and of those in it, but `benchmark.toml` and what is hidden, by their names from there.
+fn collect(folder: &Path, root: &Path, files: &mut Vec<(String, Vec<u8>)>) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().into_owned();
+        let is_hidden = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+        match path.is_dir() {
+            _ if is_hidden || name == "benchmark.toml" => {}
+            true => collect(&path, root, files)?,
+            false => files.push((name, std::fs::read(&path)?)),
+        }
+    }
+    Ok(())
 }
 
 /// What stands at a path of an answer: names and numbers between strokes; `-1` is the last of a list, `special=fold` all of a list of which the entry `special` begins so.
@@ -262,15 +299,35 @@ impl Results {
         let at = |what: String| format!("{}: {what}", path.display());
         let text = std::fs::read_to_string(path).map_err(|e| at(e.to_string()))?;
         let results: Results = toml::from_str(&text).map_err(|e| at(e.to_string()))?;
+        if results.values.values().all(BTreeMap::is_empty) {
+            return Err(at("values: none is filled in".into()));
+        }
+        if results.code.chars().any(char::is_control) {
+            return Err(at("code: a name in one line".into()));
+        }
+        if let Some((name, _)) =
+            results.seconds.iter().find(|(_, s)| !(s.is_finite() && **s >= 0.0))
+        {
+            return Err(at(format!("seconds.{name}: a number, not negative")));
+        }
+        let named = |name: &String| benchmarks.iter().any(|b| b.name == *name);
+        if let Some(name) = results.seconds.keys().find(|name| !named(name)) {
+            return Err(at(format!("seconds.{name}: no such benchmark")));
+        }
         for (name, values) in &results.values {
             let Some(benchmark) = benchmarks.iter().find(|b| b.name == *name) else {
-                let known: Vec<&str> = benchmarks.iter().map(|b| b.name.as_str()).collect();
+                let mut known: Vec<&str> = benchmarks.iter().map(|b| b.name.as_str()).collect();
+                known.sort_unstable();
+                known.dedup();
                 return Err(at(format!(
                     "values.{name}: no such benchmark; there are {}",
                     known.join(", ")
                 )));
             };
-            for key in values.keys() {
+            for (key, x) in values {
+                if !x.is_finite() {
+                    return Err(at(format!("values.{name}.{key:?}: a finite number")));
+                }
                 if !benchmark.quantities().any(|q| q.name == *key) {
                     let known: Vec<&str> =
                         benchmark.quantities().map(|q| q.name.as_str()).collect();
@@ -323,7 +380,7 @@ mod tests {
     fn what_a_definition_lacks_is_said() {
         let whole = "title = 'a'\nabout = 'b'\nkind = 'published'\nsource = 'c'\n[[measure]]\ncommand = ['run']\n[[measure.quantity]]\nname = 'q'\n\
                      find = { a = '/a', b = '/b' }\nformula = 'a - b'\nreference = 1.0\nwithin = 1e-3\n";
-        let files = || vec![("scene.toml".to_owned(), String::new())];
+        let files = || vec![("scene.toml".to_owned(), vec![])];
         let read = |text: &str| Benchmark::parse("x", text, files());
         let b = read(whole).unwrap();
         let q = b.quantities().next().unwrap();
@@ -333,6 +390,8 @@ mod tests {
             ("formula = 'a - b'\n", "", "several parts"),
             ("'a - b'", "'a - c'", "no part is called c"),
             ("reference = 1.0", "reference = 0.0", "not zero"),
+            ("within = 1e-3", "within = -1e-3", "positive"),
+            ("find = { a = '/a', b = '/b' }", "find = {}", "where in the answer"),
             ("'published'", "'rumour'", "closed form"),
             ("['run']", "[]", "name of a command"),
         ] {

@@ -44,7 +44,8 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
         let mut point = json!({
             "omega": p.omega, "branch": p.branch, "special": p.special.to_string(), "converged": o.is_some(),
             "energy": p.energy(), "amplitude": p.amplitude(), "residual": o.map(|o| o.residual),
-            "switches": switches(p), "stable": o.and_then(|o| o.stable), "multipliers_within": o.and_then(|o| o.multipliers_within),
+            "switches": switches(p), "stable": o.and_then(|o| o.stable), "no_orbit_near": o.is_some_and(|o| o.no_orbit_near),
+            "largest_multiplier": o.and_then(|o| o.largest_multiplier()), "multipliers_within": o.and_then(|o| o.multipliers_within),
             "alpha": o.and_then(|o| o.viscous.as_ref()).map(|v| v.alpha),
             "beta": o.and_then(|o| o.viscous.as_ref()).map(|v| v.beta), "zeta": p.damping_ratio(),
             "energy_turned_over": o.and_then(|o| o.viscous.as_ref()).map(|v| v.turned_over),
@@ -206,11 +207,17 @@ fn found(stored: &StoredFamily, resumed: usize) -> String {
         n => format!(" ({n} points of an earlier run)"),
     };
     let what = if stored.outline().way == Way::Sweep { settled(stored) } else { on_a_grid(stored) };
-    let along = match orbits().filter(|o| o.multipliers_within.is_some()).count() {
-        0 => String::new(),
-        k => format!(", {k} with multipliers along the series"),
-    };
-    format!("{} orbits{stable}{along}{what}{before}", orbits().count())
+    let all = orbits().count();
+    match orbits().filter(|o| o.no_orbit_near).count() {
+        0 => format!("{all} orbits{stable}{what}{before}"),
+        none => {
+            let along = orbits().filter(|o| o.multipliers_within.is_some()).count();
+            let led = all - none;
+            format!(
+                "{all} series, of which {led} lead to an orbit{stable}; {none} have none near, {along} of them multipliers along the series{what}{before}"
+            )
+        }
+    }
 }
 
 /// What a body settled to in a sweep: how often to what.

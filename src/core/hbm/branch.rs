@@ -107,15 +107,14 @@ pub(super) fn confirmed(
         let effort = Effort { rescue: false, ..Effort::of(closure) };
         let verdict = find(body, closure, &guess, s.omega, &effort)?;
         let (kind, known) = examined(body, &verdict, &guess, &s.sequence())?;
+        orbit.no_orbit_near = matches!(kind, PointKind::NoOrbitNear(_));
         if let Some(known) = known {
             orbit.stable = known.stable;
             orbit.multipliers = known.multipliers;
             orbit.trivial = known.trivial;
-        } else if matches!(kind, PointKind::NoOrbitNear(_))
+        } else if orbit.no_orbit_near
             && let Some(known) = AlongSeries::new((body, closure), (s, u, alpha), fewer)?
         {
-            // as of an orbit: the multipliers of the self-excited system say nothing of the body
-            orbit.stable = known.is_stable().filter(|_| alpha.is_none());
             orbit.multipliers = known.stability.multipliers.iter().map(|m| [m.0, m.1]).collect();
             orbit.trivial = known.stability.trivial;
             orbit.multipliers_within = Some(known.error);

@@ -35,6 +35,7 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
         u0,
         v0,
         multipliers: pairs(stability),
+        no_orbit_near: false,
         multipliers_within: None,
         trivial: stability.map_or(0, |s| s.trivial),
         // the multipliers of a viscous orbit are those of the self-excited system: no statement about the body

@@ -131,7 +131,7 @@ fn alive(m: &Mat<f64>) -> Vec<usize> {
 
 impl Stability {
     /// Of the multipliers that belong to every orbit of the kind, and all others.
-    fn of(mut trivial: Vec<Multiplier>, mut values: Vec<Multiplier>) -> Stability {
+    pub(crate) fn of(mut trivial: Vec<Multiplier>, mut values: Vec<Multiplier>) -> Stability {
         let size = |v: &Multiplier| v.0.hypot(v.1);
         // conjugates have one modulus: the order must not depend on rounding
         values.sort_by(|a, b| {

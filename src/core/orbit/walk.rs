@@ -80,18 +80,26 @@ impl Propagator {
                 x.subcols_mut(1, 1).copy_from(&after);
             }
             let spectrum = self.spectra.of_set(&self.system, set)?;
-            if let Some(state) = given.get(j) {
+            let modal = |state: &State| {
                 let both: Vec<f64> = state.u.iter().chain(&state.v).copied().collect();
                 let mut modal = vec![0.0; 2 * n];
                 spectrum.to_modes(&both, &mut modal);
-                x = Mat::from_fn(n, 2, |i, c| modal[c * n + i]);
+                Mat::from_fn(n, 2, |i, c| modal[c * n + i])
+            };
+            if let Some(state) = given.get(j) {
+                x = modal(state);
             }
+            // both sides of a switch are seen from one state
+            let end_given = given.get(j + 1).map(modal);
             spectrum.remember(&self.system, place, (&mut x, 1), true);
             let (a, b) = (
                 if j == 0 { 0.0 } else { times[j - 1] },
                 if j < times.len() { times[j] } else { end },
             );
-            let link = Link::new(&self.system, spectrum, (a, b), &x);
+            let mut link = Link::new(&self.system, spectrum, (a, b), &x);
+            if let Some(x) = end_given {
+                link.end_at(&x);
+            }
             if let Some(previous) = links.last() {
                 // ü⁻ − ü⁺ in the modes of the new phase
                 let mut before = Mat::from_fn(n, 1, |i, _| previous.a1[i]);
@@ -196,6 +204,13 @@ impl Link {
         let drives = spectrum.drives(&system.loads);
         let (q0, v0) = (q0.to_vec(), v0.to_vec());
         Link { spectrum, motion, drives, span, q0, v0, q1, v1, a0, a1 }
+    }
+
+    /// Let the phase end at another state than the motion from its start comes to.
+    fn end_at(&mut self, x: &Mat<f64>) {
+        self.q1.copy_from_slice(x.col_as_slice(0));
+        self.v1.copy_from_slice(x.col_as_slice(1));
+        self.motion.acceleration(&self.spectrum, self.span.1, &self.q1, &self.v1, &mut self.a1);
     }
 
     /// Which monitor of the phase it is through which a point leaves to the state `to`.

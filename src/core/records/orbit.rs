@@ -14,6 +14,12 @@ fn is_one(n: &usize) -> bool {
 }
 
 impl OrbitRecord {
+    /// The largest modulus of a multiplier that does not belong to the family.
+    pub fn largest_multiplier(&self) -> Option<f64> {
+        let others = self.multipliers.iter().skip(self.trivial);
+        others.map(|m| m[0].hypot(m[1])).reduce(f64::max)
+    }
+
     /// Circular frequency; of a forced orbit that of the loads.
     pub fn omega(&self) -> f64 {
         self.periods.max(1) as f64 * std::f64::consts::TAU / self.period
@@ -62,6 +68,9 @@ pub struct OrbitRecord {
     /// Multipliers: real and imaginary parts. Empty: not computed.
     #[serde(with = "bits::pairs")]
     pub multipliers: Vec<[f64; 2]>,
+    /// A series of harmonic balance that was shot from, and that no orbit is near.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub no_orbit_near: bool,
     /// Of multipliers along a series of harmonic balance: how far those with half the harmonics are from them. None: they are those of an orbit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub multipliers_within: Option<f64>,

@@ -193,7 +193,7 @@ pub(super) fn family_multipliers(family: &StoredFamily) -> Result<Sheet<'static>
         .collect();
     if !along.is_empty() {
         extra.push(entry(
-            "change of those along the series by half the harmonics",
+            "no orbit near: along the series, and its change with half the harmonics",
             INK,
             Mark::Thin,
         ));

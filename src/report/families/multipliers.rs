@@ -21,8 +21,7 @@ fn modulus([re, im]: [f64; 2]) -> f64 {
 
 /// The largest modulus apart from the multipliers that belong to the family; NaN: not computed.
 pub(super) fn largest_multiplier(o: &OrbitRecord) -> f64 {
-    let moduli = o.multipliers.iter().skip(o.trivial).map(|&m| modulus(m));
-    moduli.fold(f64::NAN, f64::max)
+    o.largest_multiplier().unwrap_or(f64::NAN)
 }
 
 /// Multipliers of one kind.

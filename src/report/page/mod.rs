@@ -5,6 +5,7 @@
 mod block;
 mod body;
 mod motion;
+mod said;
 
 use serde_json::{Value, json};
 
@@ -44,6 +45,7 @@ impl View {
             "title": stored.title,
             "status": stored.status.to_string(),
             "command": without_folders(&stored.command),
+            "said": said::of_run(&stored.path),
             "body": body::body(stored, materials),
             "motion": motion::motion(stored),
             "orbit": orbit.map(of_orbit),
@@ -109,11 +111,25 @@ fn point(p: &PointRecord, moving: Option<&Stored>, states: usize) -> Value {
     })
 }
 
+/// What its author writes on a page.
+#[derive(Debug, Clone, Default)]
+pub struct Words {
+    /// In place of the titles of the files.
+    pub title: Option<String>,
+    /// Below it; paragraphs stand apart by an empty line.
+    pub text: Option<String>,
+}
+
 /// The page.
-pub fn html(views: &[View]) -> String {
+pub fn html(views: &[View], words: &Words) -> String {
     let views: Vec<&Value> = views.iter().map(|v| &v.0).collect();
     let title = views.first().and_then(|v| v["title"].as_str()).unwrap_or_default();
-    let data = json!({"version": env!("CARGO_PKG_VERSION"), "views": views}).to_string();
+    let title = words.title.as_deref().unwrap_or(title);
+    let paragraphs: Vec<&str> = words.text.iter().flat_map(|t| t.split("\n\n")).collect();
+    let data = json!({
+        "version": env!("CARGO_PKG_VERSION"), "title": words.title, "text": paragraphs, "views": views,
+    });
+    let data = data.to_string();
     // nothing in the data may end the element that it stands in
     let data = data.replace('<', "\\u003c");
     let title = escaped(title);

@@ -35,7 +35,7 @@ function look(k) {
   parts[k].page ??= parts[k].make();
   page = parts[k].page;
   holder.replaceChildren(page.section);
-  heading.textContent = parts[k].title || parts[k].name || "signorini";
+  heading.textContent = data.title || parts[k].title || parts[k].name || "signorini";
   document.querySelectorAll("nav button").forEach((b, i) => b.setAttribute("aria-selected", i === k));
 }
 
@@ -103,6 +103,7 @@ document.body.append(
   element("header", {}, heading, element("span", { class: "soft" }, `signorini ${data.version}`), element("div", { class: "tools" }, button("SVG", save, "save what is shown as SVG"), button("light / dark", toggleTheme, "light or dark"), button("?", toggleHelp, "keys"))),
   parts.length > 1 ? element("nav", { role: "tablist" }, ...parts.map((p, k) => element("button", { type: "button", role: "tab", onclick: () => look(k) }, p.name))) : "",
   help,
+  ...data.text.map((words) => element("p", { class: "text" }, words)),
   holder,
 );
 look(0);

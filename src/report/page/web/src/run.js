@@ -33,6 +33,7 @@ export function runSection(raw) {
     ["status", raw.status],
     ["states", stride > 1 ? `${states}, every ${stride}th shown` : states],
     ["switches", times.length],
+    ...(raw.said ?? []),
     ...(raw.orbit ? ofOrbit(raw.orbit).slice(0, 4) : []),
   ];
   const multipliers = raw.orbit ? new Multipliers({ title: "Floquet multipliers", x: "Re", y: "Im", height: 230 }) : null;
