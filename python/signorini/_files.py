@@ -24,6 +24,8 @@ class Store:
 
     def __init__(self, path: PathOrText, folder: str | None = None):
         self.path, self._folder = Path(os.fsdecode(path)), folder
+        #: Who keeps the file, where that is not this object.
+        self.owner: Any = None
         self._version = self._stat()
         if folder is not None:
             weakref.finalize(self, _remove, folder, os.getpid())
@@ -40,7 +42,7 @@ class Store:
 
     def __getstate__(self) -> dict[str, Any]:
         # a file that nobody named goes along
-        data = self.path.read_bytes() if self._folder is not None else None
+        data = self.path.read_bytes() if self._folder is not None or self.owner is not None else None
         return {"path": str(self.path), "data": data}
 
     def __setstate__(self, state: dict[str, Any]) -> None:

@@ -6,14 +6,18 @@ import hashlib
 import itertools
 import json
 import multiprocessing
+import operator
 import os
+import signal
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, Union, overload
+
+import numpy as np
 
 from . import _commands
 from ._errors import SignoriniError
@@ -46,11 +50,17 @@ class Failure:
 Outcome = Union[AnyResult, Verdict, Failure]
 
 
+def _alone() -> None:
+    """A process of a sweep computes on one thread: the sweep has the processors. Ctrl-C is for who called."""
+    os.environ["RAYON_NUM_THREADS"] = "1"
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
 def _one(function: str, scene: Scene, path: str, options: dict[str, Any]) -> dict[str, Any]:
     """Carry out one scene; what is left beside its file. The file is whole before it has its name."""
-    part = f"{path}.part.h5"
+    part = f"{path.removesuffix('.h5')}-{os.getpid()}.part.h5"
     try:
-        found = getattr(_commands, function)(scene, output=part, force=True, progress=False, threads=1, **options)
+        found = getattr(_commands, function)(scene, output=part, force=True, progress=False, **options)
     except (SignoriniError, FileExistsError) as e:
         return {"error": str(e)}
     if isinstance(found, Verdict):
@@ -58,6 +68,25 @@ def _one(function: str, scene: Scene, path: str, options: dict[str, Any]) -> dic
     said = {k: v for k, v in found._said.items() if isinstance(v, (bool, int, float, str)) or v is None}
     os.replace(part, path)
     return {"said": said}
+
+
+def _known(path: Path) -> dict[str, Any] | None:
+    """What an earlier sweep left of a scene; nothing where it is damaged, or was a failure of circumstance."""
+    try:
+        outcome = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+        if "verdict" in outcome:
+            return {"verdict": Verdict(outcome["verdict"])._said}
+        open_results(path)
+        return {"said": dict(outcome["said"])}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, SignoriniError):
+        return None
+
+
+def _plain(x: Any) -> Any:
+    """A value as a cell of a table."""
+    if isinstance(x, np.generic):
+        return x.item()
+    return x if isinstance(x, (int, float, str, bool)) or x is None else str(x)
 
 
 class Sweep:
@@ -75,16 +104,29 @@ class Sweep:
         self.values, self._outcomes, self._paths = values, outcomes, paths
         self.keys: list[str] = list(values[0]) if values else []
         self.folder: Path = paths[0].parent
+        self._is_owner = owned is not None
         if owned is not None:
             weakref.finalize(self, _remove, owned, os.getpid())
+
+    def __getstate__(self) -> dict[str, Any]:
+        if self._is_owner:
+            raise TypeError("a sweep without a folder cannot be sent: give it one (folder=...)")
+        return self.__dict__
 
     def __len__(self) -> int:
         return len(self.values)
 
-    def __getitem__(self, k: int) -> Outcome:
-        k = int(k) + (len(self) if k < 0 else 0)
-        if not 0 <= k < len(self):
-            raise IndexError(f"outcome {k} of {len(self)}")
+    @overload
+    def __getitem__(self, k: int) -> Outcome: ...
+    @overload
+    def __getitem__(self, k: slice) -> list[Outcome]: ...
+    def __getitem__(self, k: int | slice) -> Outcome | list[Outcome]:
+        if isinstance(k, slice):
+            return [self[i] for i in range(len(self))[k]]
+        try:
+            k = range(len(self))[operator.index(k)]
+        except IndexError:
+            raise IndexError(f"outcome {k} of {len(self)}") from None
         outcome = self._outcomes[k]
         if "error" in outcome:
             return Failure(outcome["error"])
@@ -92,8 +134,8 @@ class Sweep:
             return Verdict(outcome["verdict"])
         result = open_results(self._paths[k])
         result._said = outcome["said"]
-        # a folder that nobody named lives as long as what is read from it
-        result._sweep = self  # type: ignore[union-attr]
+        # a folder that nobody named lives as long as what is read from it, and its files go along where that goes
+        result._store.owner = self if self._is_owner else None
         return result
 
     def __iter__(self) -> Iterator[Outcome]:
@@ -108,10 +150,13 @@ class Sweep:
             import pandas
         except ImportError as e:
             raise ImportError('to_pandas needs pandas: pip install "signorini[tables]"') from e
+        taken = {*self.keys, "outcome"} & columns.keys()
+        if taken:
+            raise ValueError(f"{', '.join(sorted(taken))}: a column of that name is there")
         rows: list[dict[str, Any]] = []
         for k, values in enumerate(self.values):
             outcome = self[k]
-            row: dict[str, Any] = {key: x if isinstance(x, (int, float, str, bool)) else str(x) for key, x in values.items()}
+            row: dict[str, Any] = {key: _plain(x) for key, x in values.items()}
             if isinstance(outcome, Result):
                 said = {n: x for n, x in outcome._said.items() if isinstance(x, (int, float)) and n != "wall_s"}
                 row |= {name: of(outcome) for name, of in columns.items()} if columns else said
@@ -137,6 +182,7 @@ def sweep(
     scene: _commands.AnyScene,
     over: Mapping[str, Sequence[Any]],
     function: Callable[..., Any] | str = "run",
+    /,
     *,
     folder: str | PathLike[str] | None = None,
     workers: int | None = None,
@@ -153,71 +199,124 @@ def sweep(
         workers: processes at a time [default: as many as there are processors].
         side_by_side: the lists go together, first with first, in place of every combination.
         progress: as for ``run``.
-        options: of the function.
+        options: of the function, ``over`` of ``curve`` and its like among them.
 
     Returns:
         Sweep: its outcomes in the order of the values, whatever the order in which they were computed.
 
     Raises:
-        SceneError: of any of the scenes, before anything is computed.
+        SceneError: where a scene cannot be read, before anything is computed. What is found out later (a gap that the body is beyond) is a ``Failure``.
 
     In a script, processes are started anew: what calls this stands under ``if __name__ == "__main__":``.
     """
     name = function if isinstance(function, str) else getattr(function, "__name__", "")
     if name not in FUNCTIONS:
         raise TypeError(f"function: give one of {', '.join(FUNCTIONS)}")
-    if not over or not all(len(list(values)) for values in over.values()):
-        raise ValueError("over: give keys of the scene, each with a list of values")
     lists = [list(values) for values in over.values()]
+    if not lists or not all(lists):
+        raise ValueError("over: give keys of the scene, each with a list of values")
     if side_by_side and len({len(values) for values in lists}) > 1:
         raise ValueError("over: lists that go side by side have one length")
+    own = {"output", "force", "resume", "progress", "threads"} & options.keys()
+    if own:
+        raise TypeError(f"{', '.join(sorted(own))}: the sweep says that itself; a folder keeps its files")
+    if workers is not None and workers < 1:
+        raise ValueError("workers: at least one")
     combined = zip(*lists) if side_by_side else itertools.product(*lists)
     values = [dict(zip(over, combination)) for combination in combined]
     scene = as_scene(scene)
     scenes = [scene.with_(value) for value in values]
+    names = [f"{name}-{_digest(name, s, options)}.h5" for s in scenes]
     owned: str | None = None
     if folder is None:
         path, owned = scratch("sweep")
         folder = Path(path)
-    folder = Path(os.fsdecode(folder)).absolute()
+    try:
+        return _carried_out(name, (scene, scenes, values), (Path(os.fsdecode(folder)).absolute(), names, owned), workers, progress, options)
+    except BaseException:
+        if owned is not None:
+            _remove(owned, os.getpid())
+        raise
+
+
+def _carried_out(
+    name: str,
+    what: tuple[Scene, list[Scene], list[dict[str, Any]]],
+    where: tuple[Path, list[str], str | None],
+    workers: int | None,
+    progress: Progress,
+    options: dict[str, Any],
+) -> Sweep:
+    (scene, scenes, values), (folder, names, owned) = what, where
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{name}-{_digest(name, s, options)}.h5" for s in scenes]
+    paths = [folder / file for file in names]
     outcomes: dict[Path, dict[str, Any]] = {}
-    for path in paths:
-        known = path.with_suffix(".json")
-        if known.exists() and path not in outcomes:
-            outcome = json.loads(known.read_text(encoding="utf-8"))
-            # what was to come with a file, and has none, is computed again
-            if "said" not in outcome or path.exists():
-                outcomes[path] = outcome
+    for path in dict.fromkeys(paths):
+        known = _known(path)
+        if known is not None:
+            outcomes[path] = known
     missing = {p: s for p, s in zip(paths, scenes) if p not in outcomes}
     count = min(workers or os.cpu_count() or 1, max(len(missing), 1))
-    with Shown(progress, f"{name} {scene.title}") as shown, ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as pool:
-        running = {pool.submit(_one, name, s, str(p), options): p for p, s in missing.items()}
+    waiting = iter(missing.items())
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_alone)
+    with Shown(progress, f"{name} {scene.title}") as shown:
         try:
+            # no more than are computed at a time: what is interrupted begins nothing more
+            running = {pool.submit(_one, name, s, str(p), options): p for p, s in itertools.islice(waiting, count)}
             while running:
                 done, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
                 for future in done:
                     path = running.pop(future)
                     outcomes[path] = future.result()
-                    part = path.with_suffix(".json.part")
-                    part.write_text(json.dumps(outcomes[path]), encoding="utf-8")
-                    part.replace(path.with_suffix(".json"))
+                    if "error" not in outcomes[path]:
+                        part = path.with_suffix(f".{os.getpid()}.part")
+                        part.write_text(json.dumps(outcomes[path]), encoding="utf-8")
+                        part.replace(path.with_suffix(".json"))
+                    running |= {pool.submit(_one, name, s, str(p), options): p for p, s in itertools.islice(waiting, 1)}
                 if shown.tell is not None:
-                    shown.tell(1.0 - len(running) / max(len(missing), 1), f"{len(missing) - len(running)} of {len(missing)}")
+                    shown.tell(len(outcomes) / len(set(paths)), f"{len(outcomes)} of {len(set(paths))}")
         except BrokenProcessPool as e:
             why = 'a process of the sweep ended. In a script the call stands under if __name__ == "__main__":, because processes read the script anew'
             raise SignoriniError(f"{why}; what is done is kept where a folder is named") from e
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            for process in list((pool._processes or {}).values()):
+                process.terminate()
+                process.join(5.0)
+                for left in folder.glob(f"{name}-*-{process.pid}.part.h5*"):
+                    left.unlink(missing_ok=True)
             raise
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
     return Sweep(values, [outcomes[p] for p in paths], paths, owned)
 
 
 def _digest(name: str, scene: Scene, options: Mapping[str, Any]) -> str:
     """What a file of results is named by: all that it depends on."""
-    what = json.dumps([name, scene.text, sorted(scene._scene.matrices().items()), sorted(options.items())], default=str)
-    digest = hashlib.sha256(what.encode())
+    digest = hashlib.sha256()
+
+    def add(x: Any) -> None:
+        if isinstance(x, np.ndarray):
+            add(["array", str(x.dtype), list(x.shape)])
+            digest.update(np.ascontiguousarray(x).tobytes())
+        elif isinstance(x, np.generic):
+            add(x.item())
+        elif isinstance(x, Mapping):
+            for key in sorted(x):
+                add([key, x[key]])
+        elif isinstance(x, (list, tuple)):
+            digest.update(f"[{len(x)}".encode())
+            for part in x:
+                add(part)
+        elif isinstance(x, Result):
+            digest.update(x.path.read_bytes())
+        elif isinstance(x, (bool, int, float, str, PathLike)) or x is None:
+            digest.update(f"{type(x).__name__}:{os.fspath(x) if isinstance(x, PathLike) else x!r};".encode())
+            if isinstance(x, (str, PathLike)) and os.path.isfile(x):
+                digest.update(Path(x).read_bytes())
+        else:
+            raise TypeError(f"{type(x).__name__} is no value of an option in a sweep: give numbers, texts, arrays, lists of them, or results")
+
+    add([name, scene.text, scene._scene.matrices(), options])
     for file in scene._scene.files():
         digest.update(Path(file).read_bytes())
     return digest.hexdigest()[:16]

@@ -58,11 +58,11 @@ def _of_run(run: Run) -> dict[str, np.ndarray]:
         value = ledger[name]
         if name != "t" and isinstance(value, np.ndarray) and len(value) == len(run.t):
             columns[name] = value
-    nodes = run.mesh.contact_nodes
+    nodes = _contact_names(run, run.pressure.shape[1])
     tables = {"contact_displacement": run.contact_displacement, "pressure": run.pressure, "active": run.active}
     for name, table in tables.items():
         for i in range(table.shape[1]):
-            columns[f"{name}[{nodes[i] if i < len(nodes) else i}]"] = table[:, i]
+            columns[f"{name}[{nodes[i]}]"] = table[:, i]
     forces = {"contact": run.resultants, "support": run.support_forces, "spring": run.spring_forces}
     for kind, of_kind in forces.items():
         for name, force in of_kind.items():
@@ -73,6 +73,13 @@ def _of_run(run: Run) -> dict[str, np.ndarray]:
             for k, column in enumerate(table.T):
                 columns[f"{name} {quantity}[{k}]"] = column
     return columns
+
+
+def _contact_names(run: Run, points: int) -> np.ndarray:
+    """What contact points are called: nodes of the mesh; numbers where they are points of quadrature."""
+    if "contact_nodes" in run.mesh and len(run.mesh.contact_nodes) == points:
+        return run.mesh.contact_nodes
+    return np.arange(points)
 
 
 def xarray_of(result: Result) -> xarray.Dataset:
@@ -100,8 +107,7 @@ def xarray_of(result: Result) -> xarray.Dataset:
             at_nodes = [result._at_node(table, n) + result._gone(n, int(name == "velocity")) for n in nodes]
             data[name] = (("t", "node", "axis"), np.stack(at_nodes, axis=1) if at_nodes else np.zeros((len(result.t), 0, len(coordinates["axis"]))))
     points = result.pressure.shape[1]
-    contact_nodes = result.mesh.contact_nodes
-    coordinates["contact"] = contact_nodes if len(contact_nodes) == points else np.arange(points)
+    coordinates["contact"] = _contact_names(result, points)
     of_contact = {"contact_displacement": result.contact_displacement, "pressure": result.pressure, "active": result.active}
     data |= {name: (("t", "contact"), table) for name, table in of_contact.items()}
     ledger = result.ledger

@@ -1,7 +1,9 @@
 """Tables, notebooks, sweeps, types."""
 
+import gc
 import json
 import os
+import pickle
 import re
 import subprocess
 import sys
@@ -105,6 +107,65 @@ def test_what_a_sweep_does_not_find_is_a_value(tmp_path):
         sg.sweep(BAR, {"contact.gap": [1.0]}, sg.modes)
     with pytest.raises(ValueError, match="one length"):
         sg.sweep(BAR, {"contact.gap": [1.0], "body.young": [1.0, 2.0]}, side_by_side=True)
+
+
+def test_every_function_of_a_sweep_and_all_kinds_of_values(tmp_path):
+    scene = sg.Scene("scenarios/two-mass-stop.toml").with_({"orbit.range": [0.6, 0.62]})
+    basins = sg.sweep(scene, {"contact.gap": [1.0]}, "basins", samples=2)
+    assert isinstance(basins[0], sg.Basins)
+    diagram = sg.sweep(scene, {"contact.gap": (g for g in [1.0])}, "diagram", over={"load[0].amplitude": (0.9, 1.0)}, steps=2)
+    assert isinstance(diagram[0], sg.Diagram)
+    # options are told apart to the last bit, and results by what is in them
+    ratios = [np.array([0.05, 0.06]), np.array([0.05, 0.060000001])]
+    from signorini._sweep import _digest
+
+    assert len({_digest("response", scene, {"ratios": r}) for r in ratios}) == 2
+    runs = [sg.run(BAR | {"contact": {"edge": "right", "gap": g}}) for g in (1.0, 1.05)]
+    assert len({_digest("orbit", scene, {"near_return": r}) for r in runs}) == 2
+    with pytest.raises(TypeError, match="no value of an option"):
+        _digest("run", scene, {"a": object()})
+    for wrong, error in [({"threads": 2}, TypeError), ({"workers": 0}, ValueError), ({"resume": True}, TypeError)]:
+        with pytest.raises(error):
+            sg.sweep(BAR, {"contact.gap": [1.0]}, **wrong)
+    swept = sg.sweep(BAR, {"contact.gap": np.array([1.0, 1.1])})
+    assert swept.to_pandas()["contact.gap"].dtype == float and len(swept[0:2]) == 2
+    with pytest.raises(IndexError):
+        swept[2]
+    # what is read later, and what is sent elsewhere, has its file
+    held = swept[0]
+    sent = pickle.loads(pickle.dumps(held))
+    mesh = held.mesh
+    del swept, held
+    gc.collect()
+    assert len(mesh.nodes) == 11 and len(sent.ledger.t) == len(sent.t)
+
+
+def test_what_is_damaged_in_a_folder_is_computed_again(tmp_path):
+    over = {"contact.gap": [1.0, 1.1]}
+    first = sg.sweep(BAR, over, folder=tmp_path)
+    ends = [r.energy_end for r in first]
+    for damage in [b"", b"{", b"[]", b"{}", b"\xff\xfe"]:
+        next(tmp_path.glob("*.json")).write_bytes(damage)
+        assert [r.energy_end for r in sg.sweep(BAR, over, folder=tmp_path)] == ends, damage
+    next(tmp_path.glob("*.h5")).write_bytes(b"no HDF5")
+    assert [r.energy_end for r in sg.sweep(BAR, over, folder=tmp_path)] == ends
+
+
+def test_points_of_quadrature_have_numbers():
+    penalty = BAR | {"contact": {"edge": "right", "gap": 1.0, "method": "penalty"}}
+    run = sg.run(penalty)
+    assert np.array_equal(run.to_pandas()["pressure[0]"], run.pressure[:, 0])
+    assert list(run.to_xarray().contact.values) == [0]
+
+
+def test_files_of_a_later_form_are_refused(tmp_path):
+    import h5py
+
+    path = sg.run(BAR).save(tmp_path / "later.h5")
+    with h5py.File(path, "r+") as f:
+        f.attrs["format"] = 7
+    with pytest.raises(sg.FileError, match="form"):
+        sg.open(path)
 
 
 def test_examples_of_the_documentation_are_typed(tmp_path):
