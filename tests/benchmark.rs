@@ -134,7 +134,8 @@ fn a_folder_is_a_benchmark() {
         ("1.97527527411", "1.98", 3, "amplitude away from the stop"),
         ("/amplitude", "/height", 3, "no number at /height"),
         ("/amplitude", "/switches", 3, "say which, /switches/0"),
-        ("\"1.3\"", "\"1e-9\"", 3, "amplitude away from the stop"),
+        ("\"1.3\"", "\"0.9\"", 3, "amplitude away from the stop"),
+        ("\"1.3\"", "\"1e-9\"", 2, "natural periods"),
         ("within = 1e-11", "within = \"near\"", 2, "within"),
         ("[\"orbit\"", "[\"orbits\"", 2, "orbits"),
     ] {

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use crate::common::root;
 use serde_json::Value;
-use signorini::records::{PointKind, PointRecord};
+use signorini::records::PointRecord;
 use signorini::store::StoredFamily;
 use tempfile::TempDir;
 
@@ -239,17 +239,18 @@ fn shooting_gives_the_stability_of_the_orbit_alone(folder: &TempDir, plain: &[Po
         {
             assert_eq!(p.special.to_string(), "no orbit near: another orbit");
         }
-        // no orbit near: along the series, with how far those of half the harmonics are from them
+        // no orbit near: along the series, in reciprocal pairs; of no motion no stability is told
         if let Some(error) = orbit.multipliers_within {
-            let is_one = matches!(p.special, PointKind::Regular | PointKind::Undecided(_));
-            assert!(!is_one && error > 0.0, "{}: {error}", p.special);
-            let largest = orbit.multipliers[orbit.trivial..].iter().map(|m| m[0].hypot(m[1]));
-            let largest = largest.fold(0.0, f64::max);
-            // of a conservative body none is known to be stable
-            let told = (largest - 1.0 > error).then_some(false);
-            assert_eq!(orbit.stable, told, "{largest} {error}");
+            assert!(orbit.no_orbit_near && error > 0.0 && orbit.stable.is_none(), "{}", p.special);
+            for m in &orbit.multipliers {
+                let size = m[0] * m[0] + m[1] * m[1];
+                let far = |v: &[f64; 2]| (v[0] - m[0] / size).hypot(v[1] + m[1] / size);
+                let nearest = orbit.multipliers.iter().map(far).fold(f64::INFINITY, f64::min);
+                assert!(nearest < 1e-6 * (1.0 + 1.0 / size), "{} {m:?}: {nearest:e}", p.omega);
+            }
             along += 1;
         }
+        assert_eq!(known, !orbit.no_orbit_near, "{} {}", p.omega, p.special);
         counts[usize::from(known)] += 1;
     }
     assert!(along > 10, "{along}");

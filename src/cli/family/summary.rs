@@ -214,7 +214,7 @@ fn found(stored: &StoredFamily, resumed: usize) -> String {
             let along = orbits().filter(|o| o.multipliers_within.is_some()).count();
             let led = all - none;
             format!(
-                "{all} series, of which {led} lead to an orbit{stable}; {none} have none near, {along} of them multipliers along the series{what}{before}"
+                "{all} series: {led} lead to an orbit{stable}; {none} have none near (multipliers along the series at {along}){what}{before}"
             )
         }
     }
