@@ -30,7 +30,8 @@ pub(super) fn of_run(path: &Path) -> Vec<[String; 2]> {
     }
     for (name, word) in NUMBERS {
         if let Some(Raw::Float(x)) = value(name)
-            && let Some(x) = x.first().filter(|x| x.is_finite())
+            // nothing lost, or an error that was not computed
+            && let Some(x) = x.first().filter(|x| x.is_finite() && **x != 0.0)
         {
             said.push([word.to_owned(), significant(*x, 3)]);
         }
