@@ -58,6 +58,19 @@ fn a_page_holds_what_its_file_holds() {
     fs::write(at("s.toml"), scene.replace(first, title)).unwrap();
     fine(&["run", &at("s.toml"), "-o", &at("r.h5"), "-q"]);
     fine(&["view", &at("r.h5"), "--no-open"]);
+    // words of its author, and what the run says of itself
+    let text = ["--title", "A </b> of mine", "--text", "One.\n\nTwo."];
+    fine(&[&["view", &at("r.h5"), "--no-open", "-o", &at("own.html")][..], &text].concat());
+    let own = data(Path::new(&at("own.html")));
+    assert_eq!(
+        (&own["title"], own["text"].as_array().unwrap().len()),
+        (&"A </b> of mine".into(), 2)
+    );
+    let said = own["views"][0]["said"].as_array().unwrap();
+    let method = said.iter().find(|pair| pair[0] == "method").unwrap();
+    assert_eq!(method[1], "nodal boundary method");
+    let command = own["views"][0]["command"].as_str().unwrap();
+    assert!(!command.contains(folder.path().to_str().unwrap()), "{command}");
     let text = fs::read_to_string(at("r.html")).unwrap();
     assert!(text.contains("<title>A &lt;/script&gt;&lt;b&gt; &amp; {{DATA}} {{TITLE}}</title>"));
     // nothing is fetched: no address but those of namespaces and licences
