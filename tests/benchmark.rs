@@ -145,6 +145,13 @@ fn a_folder_is_a_benchmark() {
         assert_eq!(output.status.code(), Some(code), "{}", text(&output));
         assert!(text(&output).contains(said), "{}", text(&output));
     }
+    // nothing is left behind, whatever came of it
+    let temporary = place.path().join("temporary");
+    std::fs::create_dir(&temporary).unwrap();
+    let mut command = crate::common::program();
+    let output = command.args(["benchmark", &name]).env("TMPDIR", &temporary).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 0);
     let output = run(&["benchmark", "no-such-thing"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output).contains("two-element-bar"));

@@ -118,23 +118,25 @@ pub fn run(
     let others = arguments.with.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     global.caller.watch();
     let bar = Bar::named(global, "benchmarks".into());
-    let mut done = vec![];
-    for (k, benchmark) in benchmarks.iter().enumerate() {
+    let each = |(k, benchmark): (usize, _)| {
         if let Some(bar) = &bar {
-            bar.set(k as f64 / benchmarks.len() as f64, benchmark.name.clone());
+            let name = |b: &Benchmark| b.name.clone();
+            bar.set(k as f64 / benchmarks.len() as f64, name(benchmark));
         }
-        let carried_out = carry_out(benchmark, arguments.keep.as_deref(), execute)?;
-        if let Some(signal) = global.caller.signal() {
-            return Err(CliError::Interrupted(
-                signal,
-                format!("interrupted at {}", benchmark.name),
-            ));
+        let done = carry_out(benchmark, arguments.keep.as_deref(), execute)?;
+        match global.caller.signal() {
+            None => Ok(done),
+            Some(signal) => {
+                let text = format!("interrupted at {}", benchmark.name);
+                Err(CliError::Interrupted(signal, text))
+            }
         }
-        done.push(carried_out);
-    }
+    };
+    let done = benchmarks.iter().enumerate().map(each).collect::<Result<Vec<Done>, CliError>>();
     if let Some(bar) = &bar {
         bar.clear();
     }
+    let done = done?;
     let missed: Vec<String> = done
         .iter()
         .flat_map(|d| d.found.iter().map(move |f| (d, f)))
@@ -151,7 +153,7 @@ pub fn run(
     })
 }
 
-/// The commands of a benchmark in a folder of its own.
+/// A benchmark in a folder of its own, which is gone afterwards where it is not to be kept.
 fn carry_out<'a>(
     benchmark: &'a Benchmark,
     keep: Option<&Path>,
@@ -159,8 +161,22 @@ fn carry_out<'a>(
 ) -> Result<Done<'a>, CliError> {
     let scratch = std::env::temp_dir().join(format!("signorini-benchmark-{}", std::process::id()));
     let folder = keep.unwrap_or(&scratch).join(&benchmark.name);
+    let done = measure(benchmark, &folder, execute);
+    if keep.is_none() {
+        // a temporary folder that cannot be removed is no reason to fail
+        let _ = std::fs::remove_dir_all(&scratch);
+    }
+    done
+}
+
+/// What its commands find.
+fn measure<'a>(
+    benchmark: &'a Benchmark,
+    folder: &Path,
+    execute: Execute<'_>,
+) -> Result<Done<'a>, CliError> {
     let failed = |e: std::io::Error| CliError::Other(format!("{}: {e}", folder.display()));
-    std::fs::create_dir_all(&folder).map_err(failed)?;
+    std::fs::create_dir_all(folder).map_err(failed)?;
     for (name, content) in &benchmark.files {
         let path = folder.join(name);
         path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(failed)?;
@@ -171,7 +187,7 @@ fn carry_out<'a>(
     for (k, measure) in benchmark.measures.iter().enumerate() {
         // as the benchmark is called, not as its folder
         let told = |e: &CliError| e.text().replace(&folder.display().to_string(), &benchmark.name);
-        let answer = match answer_of(measure, (k, &folder), execute) {
+        let answer = match answer_of(measure, (k, folder), execute) {
             Ok(answer) => Ok(answer),
             // a command or a scene that cannot be read is no number that is missed
             Err(e @ (CliError::Scene(_) | CliError::Input(_))) => {
@@ -185,12 +201,7 @@ fn carry_out<'a>(
             Found { quantity, value: value.and_then(|answer| quantity.in_answer(answer)) }
         }));
     }
-    let seconds = start.elapsed().as_secs_f64();
-    if keep.is_none() {
-        // a temporary folder that cannot be removed is no reason to fail
-        let _ = std::fs::remove_dir_all(&scratch);
-    }
-    Ok(Done { benchmark, found, seconds })
+    Ok(Done { benchmark, found, seconds: start.elapsed().as_secs_f64() })
 }
 
 /// What the command of a measurement answers.
