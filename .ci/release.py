@@ -9,9 +9,11 @@ target/release-notes/X.Y.Z.md. Then the crates are packaged and built from their
 import argparse
 import datetime
 import json
+import os
 import pathlib
 import platform
 import re
+import shutil
 import subprocess
 import sys
 
@@ -94,6 +96,10 @@ def main():
     if given.texts:
         return
     run("cargo", "metadata", "--locked", "--format-version", "1", "--no-deps", "--quiet")
+    # the crates are built from each other's packages, and what cargo once unpacked of a version it does not unpack again
+    home = pathlib.Path(os.environ.get("CARGO_HOME", pathlib.Path.home() / ".cargo"))
+    for unpacked in home.glob(f"registry/src/*/signorini*-{given.version}"):
+        shutil.rmtree(unpacked)
     run("cargo", "package", "--locked", "--allow-dirty", "-p", "signorini-core", "-p", "signorini")
     run(".ci/package", f"linux-{platform.machine()}")
     print(
