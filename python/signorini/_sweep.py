@@ -26,6 +26,7 @@ from ._progress import Progress, Shown
 from ._results import AnyResult, Result, Verdict
 from ._results import open as open_results
 from ._scene import Scene, as_scene
+from ._tables import needs
 
 if TYPE_CHECKING:
     import pandas
@@ -149,7 +150,7 @@ class Sweep:
         try:
             import pandas
         except ImportError as e:
-            raise ImportError('to_pandas needs pandas: pip install "signorini[tables]"') from e
+            raise needs("pandas", "to_pandas") from e
         taken = {*self.keys, "outcome"} & columns.keys()
         if taken:
             raise ValueError(f"{', '.join(sorted(taken))}: a column of that name is there")

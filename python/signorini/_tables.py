@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 AXES = ["x", "y", "z"]
 
 
-def _needs(name: str, what: str) -> ImportError:
+def needs(name: str, what: str) -> ImportError:
     return ImportError(f'{what} needs {name}: pip install "signorini[tables]"')
 
 
@@ -25,7 +25,7 @@ def pandas_of(result: Result | Modes) -> pandas.DataFrame:
     try:
         import pandas
     except ImportError as e:
-        raise _needs("pandas", "to_pandas") from e
+        raise needs("pandas", "to_pandas") from e
     if isinstance(result, Modes):
         phases = [("open", result.open), ("closed", result.closed), ("rest", result.rest)]
         return pandas.DataFrame({name: pandas.Series(of.omega) for name, of in phases if of is not None})
@@ -87,7 +87,7 @@ def xarray_of(result: Result) -> xarray.Dataset:
     try:
         import xarray
     except ImportError as e:
-        raise _needs("xarray", "to_xarray") from e
+        raise needs("xarray", "to_xarray") from e
     about = {"title": result.title, "command": result.command, "status": result.status, "units": "those of the scene"}
     if not isinstance(result, Run):
         table = pandas_of(result)

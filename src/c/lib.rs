@@ -9,7 +9,7 @@ use std::path::Path;
 use std::ptr::null_mut;
 use std::sync::Arc;
 
-use signorini::cli::{self, Call, CliError, Desk};
+use signorini::cli::{self, Call, Desk};
 use signorini::store::{self, Raw};
 
 /// Dimensions that an array may have.
@@ -53,16 +53,6 @@ unsafe fn read<'a>(pointer: *const c_char) -> Option<&'a str> {
     }
 }
 
-/// The exit code that a command would have at the terminal.
-fn code(e: &CliError) -> c_int {
-    match e {
-        CliError::Scene(_) | CliError::Input(_) => 2,
-        CliError::Numerics(_) => 3,
-        CliError::Interrupted(signal, _) => 128 + c_int::from(*signal),
-        CliError::Other(_) => 1,
-    }
-}
-
 fn carried_out(arguments: Vec<String>) -> Answer {
     let desk = Arc::new(Desk::default());
     let done = cli::call(Call { arguments, scene: None, is_scratch: false }, desk.clone());
@@ -78,7 +68,9 @@ fn carried_out(arguments: Vec<String>) -> Answer {
                 warnings,
             }
         }
-        Err(e) => Answer { code: code(&e), json: text(""), message: text(e.text()), warnings },
+        Err(e) => {
+            Answer { code: e.exit_code().into(), json: text(""), message: text(e.text()), warnings }
+        }
     }
 }
 

@@ -37,24 +37,28 @@ impl CliError {
         }
     }
 
+    /// The exit code of a command that ends with it.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            CliError::Scene(_) | CliError::Input(_) => 2,
+            CliError::Numerics(_) => 3,
+            CliError::Interrupted(signal, _) => 128 + signal,
+            CliError::Other(_) => 1,
+        }
+    }
+
     /// Print the error on standard error, and as an object on standard output if that is what the
     /// user reads and nothing was printed there yet; its exit code.
     pub fn report(self, json: bool) -> u8 {
-        let (code, text, scene) = match self {
-            CliError::Scene(e) => (2, e.to_string(), Some(e)),
-            CliError::Input(text) => (2, text, None),
-            CliError::Numerics(text) => (3, text, None),
-            CliError::Interrupted(signal, text) => (128 + signal, text, None),
-            CliError::Other(text) => (1, text, None),
-        };
+        let (code, text) = (self.exit_code(), self.text());
         if json {
             let object = json!({"status": "error", "exit_code": code, "error": text});
             // standard error says it too
             let _ = print(&format!("{object}\n"));
         }
-        match scene {
-            Some(e) => eprintln!("{:?}", miette::Report::new(*e)),
-            None => eprintln!("signorini: {text}"),
+        match self {
+            CliError::Scene(e) => eprintln!("{:?}", miette::Report::new(*e)),
+            _ => eprintln!("signorini: {text}"),
         }
         code
     }

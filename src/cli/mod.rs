@@ -237,23 +237,26 @@ pub struct Call {
 
 /// Carry out a call; `desk` is shared with the caller meanwhile. Nothing is printed.
 pub fn call(call: Call, desk: Arc<Desk>) -> Result<Answer, CliError> {
-    let program = ["signorini".to_owned()];
-    let mut cli = Cli::try_parse_from(program.iter().chain(&call.arguments))
-        .map_err(|e| CliError::Input(e.to_string().trim_end().to_owned()))?;
-    let command =
-        Some(program.iter().chain(&call.arguments).cloned().collect::<Vec<_>>().join(" "));
+    let mut cli = parsed(&call.arguments)?;
     let Call { scene, is_scratch, .. } = call;
+    let command = cli.global.caller.command.take();
     cli.global.caller = Caller { scene, is_scratch, command, desk: Some(desk) };
     execute(&cli)
 }
 
+/// A command that does not come from the terminal, with itself as text for the record.
+fn parsed(arguments: &[String]) -> Result<Cli, CliError> {
+    let words = [&["signorini".to_owned()], arguments].concat();
+    let mut cli = Cli::try_parse_from(&words)
+        .map_err(|e| CliError::Input(e.to_string().trim_end().to_owned()))?;
+    cli.global.caller.command = Some(words.join(" "));
+    Ok(cli)
+}
+
 /// A command within another: it answers with its object, and says nothing else.
 fn within(arguments: &[String]) -> Result<serde_json::Value, CliError> {
-    let program = ["signorini".to_owned()];
-    let mut cli = Cli::try_parse_from(program.iter().chain(arguments))
-        .map_err(|e| CliError::Input(e.to_string().trim_end().to_owned()))?;
+    let mut cli = parsed(arguments)?;
     (cli.global.json, cli.global.quiet) = (true, true);
-    cli.global.caller.command = Some([&program, arguments].concat().join(" "));
     execute(&cli).map(Answer::object)
 }
 

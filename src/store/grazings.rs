@@ -24,10 +24,7 @@ impl Passage {
             _ => None,
         };
         let orbit = p.orbit.as_ref();
-        let multiplier = orbit.map_or(f64::NAN, |o| {
-            let behind = &o.multipliers[o.trivial.min(o.multipliers.len())..];
-            behind.iter().map(|m| m[0].hypot(m[1])).fold(f64::NAN, f64::max)
-        });
+        let multiplier = orbit.and_then(|o| o.largest_multiplier()).unwrap_or(f64::NAN);
         Passage { branch: p.branch, index: p.index, omega: p.omega, grazing, multiplier }
     }
 }

@@ -43,13 +43,12 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
     let stability = o.stability.as_ref();
     // of a viscous orbit they are those of the self-excited system: no statement about the body
     let of_body = stability.filter(|_| o.viscous.is_none());
-    let pairs = |s: &Stability| s.multipliers.iter().map(|m| [m.0, m.1]).collect::<Vec<_>>();
     let mut json = json!({
         "converged": true, "admissible": o.is_admissible(), "period": o.period, "forcing_periods": o.closure.is_forced().then_some(o.closure.periods()), "omega": o.omega(), "energy": o.energy,
         "amplitude": o.amplitude, "residual": o.residual, "newton_iterations": o.iterations, "switches": switches,
         "contact_time": o.contact_time, "penetration": o.penetration, "tension": o.tension, "energy_balance": o.balance,
         "grazing_distance": o.grazing, "n_o": body.n(),
-        "multipliers": stability.map(pairs),
+        "multipliers": stability.map(Stability::pairs),
         "trivial_multipliers": stability.map(|s| s.trivial), "largest_multiplier": stability.map(|s| s.largest),
         "stable": of_body.map(|s| s.is_stable()), "stability_lost_by": of_body.and_then(|s| s.lost_by()),
         "u0": body.system.body.nodal_o(&o.state.u), "v0": body.system.body.nodal_o(&o.state.v),
@@ -65,7 +64,7 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
         json["beta"] = v.beta.into();
         json["energy_start"] = o.energy.into();
         json["energy_turned_over"] = v.turned_over.into();
-        json["multipliers_under_load"] = json!(v.under_load.as_ref().map(pairs));
+        json["multipliers_under_load"] = json!(v.under_load.as_ref().map(Stability::pairs));
         json["largest_multiplier_under_load"] = json!(v.under_load.as_ref().map(|s| s.largest));
     }
     json

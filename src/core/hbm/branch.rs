@@ -115,7 +115,7 @@ pub(super) fn confirmed(
         } else if orbit.no_orbit_near
             && let Some(known) = AlongSeries::new((body, closure), (s, u, alpha), fewer)?
         {
-            orbit.multipliers = known.stability.multipliers.iter().map(|m| [m.0, m.1]).collect();
+            orbit.multipliers = known.stability.pairs();
             orbit.trivial = known.stability.trivial;
             orbit.multipliers_within = Some(known.error);
         }

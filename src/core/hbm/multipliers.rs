@@ -63,14 +63,9 @@ fn along(
     let walk = body.walk_beside(&chain, &states, &times, TAU / s.omega)?;
     let mut values = multipliers(&monodromy(body, (&chain, &walk))?)?;
     // the velocity is no eigenvector of what is no motion: what belongs to every orbit of a kind lies near +1
-    let trivial = match closure {
-        Closure::Forced(_) => 0,
-        Closure::Viscous(_) | Closure::Limit => 1,
-        _ => 2,
-    };
     let far = |v: &Multiplier| (v.0 - 1.0).hypot(v.1);
     values.sort_by(|a, b| far(a).total_cmp(&far(b)));
-    let others = values.split_off(trivial.min(values.len()));
+    let others = values.split_off(closure.trivial().min(values.len()));
     Ok(Stability::of(values, others))
 }
 

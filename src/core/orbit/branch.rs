@@ -53,7 +53,7 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
 }
 
 fn pairs(stability: Option<&Stability>) -> Vec<[f64; 2]> {
-    stability.map_or(vec![], |s| s.multipliers.iter().map(|&(re, im)| [re, im]).collect())
+    stability.map_or(vec![], Stability::pairs)
 }
 
 fn feedback(f: &Feedback) -> ViscousRecord {

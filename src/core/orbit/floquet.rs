@@ -33,6 +33,11 @@ pub struct Stability {
 }
 
 impl Stability {
+    /// Real and imaginary parts of all multipliers, as files have them.
+    pub fn pairs(&self) -> Vec<[f64; 2]> {
+        self.multipliers.iter().map(|&(re, im)| [re, im]).collect()
+    }
+
     /// No multiplier is outside the unit circle.
     pub fn is_stable(&self) -> bool {
         self.outside == [0; 3]
@@ -78,7 +83,7 @@ pub fn stability(
         let far = |v: &Multiplier| (v.0 - 1.0).hypot(v.1);
         let nearest =
             (0..values.len()).min_by(|&a, &b| far(&values[a]).total_cmp(&far(&values[b])));
-        if !matches!(closure, Closure::Viscous(_) | Closure::Limit) {
+        if closure.trivial() > 1 {
             trivial.extend(nearest.map(|k| values.swap_remove(k)));
         }
         trivial.insert(0, (1.0, 0.0));

@@ -46,6 +46,15 @@ impl Closure {
         matches!(self, Closure::Forced(_))
     }
 
+    /// How many multipliers +1 every orbit of the kind has: from time shift, and from its family.
+    pub(crate) fn trivial(self) -> usize {
+        match self {
+            Closure::Forced(_) => 0,
+            Closure::Viscous(_) | Closure::Limit => 1,
+            _ => 2,
+        }
+    }
+
     /// Periods of the loads in one of the orbit.
     pub fn periods(self) -> usize {
         if let Closure::Forced(k) = self { k } else { 1 }

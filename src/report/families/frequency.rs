@@ -62,8 +62,26 @@ struct Quantity {
     label: &'static str,
     look: Look,
     value: fn(&OrbitRecord) -> f64,
-    /// The error statement speaks of it.
-    errors: bool,
+    /// What is known of its errors.
+    bars: Bars,
+}
+
+/// Bars at the values of a quantity.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Bars {
+    None,
+    /// Of the error statement.
+    Stated,
+    /// Of multipliers along a series: their change with half the harmonics.
+    AlongSeries,
+}
+
+/// The points of a family with multipliers along a series, and the change of these: branch, orbit, change.
+fn along_series(family: &StoredFamily) -> impl Iterator<Item = (usize, &OrbitRecord, f64)> {
+    family.points.iter().filter_map(|p| {
+        let orbit = p.orbit.as_ref()?;
+        Some((p.branch, orbit, orbit.multipliers_within?))
+    })
 }
 
 impl Quantity {
@@ -75,7 +93,7 @@ impl Quantity {
                 Shown::Energy => |o| o.energy,
                 Shown::Amplitude => |o| o.amplitude,
             },
-            errors: axis == Shown::Energy,
+            bars: if axis == Shown::Energy { Bars::Stated } else { Bars::None },
         }
     }
 
@@ -93,7 +111,7 @@ impl Quantity {
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let factor = if self.look == Look::Plain { LOGARITHMIC_MULTIPLIERS } else { LOGARITHMIC };
         let logarithmic = least > 0.0 && most > factor * least;
-        if self.errors {
+        if self.bars == Bars::Stated {
             values.extend(reached(family, least, logarithmic));
         }
         if logarithmic {
@@ -110,6 +128,7 @@ impl Quantity {
     fn chart(&self, family: &StoredFamily, x_label: &str) -> Chart {
         let x = range(family.points.iter().map(|p| p.omega));
         let (y, logarithmic) = self.scale(family);
+        let lowest = if logarithmic { y.start } else { 0.0 };
         let scaled = move |v: f64| if logarithmic { v.log10() } else { v };
         let of_orbit = |o: &OrbitRecord| {
             let v = (self.value)(o);
@@ -117,7 +136,7 @@ impl Quantity {
         };
         let axes = (Axis::linear(x_label, x.clone()), Axis::scaled(self.label, y, logarithmic));
         let mut chart = Chart::new(axes.0, axes.1);
-        if self.errors {
+        if self.bars == Bars::Stated {
             let colours = (&(|branch| colour(family, branch)) as &dyn Fn(usize) -> _, ink(family));
             draw_errors(&mut chart, family, colours, &scaled);
         }
@@ -125,6 +144,13 @@ impl Quantity {
             chart.dashes(vec![(x.start, scaled(level)), (x.end, scaled(level))], INK, 1.0);
         }
         draw_family(&mut chart, family, self.look, &of_orbit);
+        if self.bars == Bars::AlongSeries {
+            for (branch, o, change) in along_series(family) {
+                // a bar may go below the axis, where a logarithm has no end
+                let end = |e: f64| (o.omega(), scaled(((self.value)(o) + e).max(0.0)).max(lowest));
+                chart.line(vec![end(-change), end(change)], colour(family, branch), 0.8);
+            }
+        }
         chart
     }
 }
@@ -188,10 +214,7 @@ pub(super) fn family_multipliers(family: &StoredFamily) -> Result<Sheet<'static>
         false => ("largest Floquet multiplier", "limit of stability"),
     };
     let mut extra = vec![entry(limit, INK, Mark::Dashes)];
-    let along: Vec<_> = (family.points.iter())
-        .filter_map(|p| p.orbit.as_ref().and_then(|o| Some((p.branch, o, o.multipliers_within?))))
-        .collect();
-    if !along.is_empty() {
+    if along_series(family).next().is_some() {
         extra.push(entry(
             "no orbit near: along the series, and its change with half the harmonics",
             INK,
@@ -203,16 +226,8 @@ pub(super) fn family_multipliers(family: &StoredFamily) -> Result<Sheet<'static>
         label: "largest modulus |μ|",
         look: Look::Plain,
         value: largest_multiplier,
-        errors: false,
+        bars: Bars::AlongSeries,
     };
-    let mut chart = quantity.chart(family, "frequency ω");
-    let (limits, logarithmic) = quantity.scale(family);
-    for (branch, o, error) in along {
-        let ends = [-error, error].map(|e| {
-            let size = (largest_multiplier(o) + e).max(0.0);
-            (o.omega(), if logarithmic { size.log10().max(limits.start) } else { size })
-        });
-        chart.line(ends.to_vec(), colour(family, branch), 0.8);
-    }
+    let chart = quantity.chart(family, "frequency ω");
     Ok(family_head(family, head).row(450.0, vec![chart.into()]))
 }
