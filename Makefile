@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: c notebooks crack-depth release help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
+.PHONY: c counts coverage notebooks crack-depth release help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -19,6 +19,8 @@ help:
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make validation  the same, and the pages of the documentation that tell them and the benchmarks (docs/reference)'
 	@echo 'make bench     benchmarks'
+	@echo 'make counts    instructions of whole commands against those of the last release (valgrind)'
+	@echo 'make coverage  how much of the code the suite runs through (docs/reference/coverage.md); half an hour'
 	@echo 'make peers     what signorini precision --peer scipy, sundials and diffsol need: SciPy into .venv, two small programs (make check-peers compares them)'
 	@echo 'make docs      the documentation as a site into target/site/, without a warning; the pages of commands and keys are written anew'
 	@echo 'make study-slurm  a study as a job array on a Slurm of one node that is started for it (Debian: slurm-wlm, munge; root); skipped loudly elsewhere'
@@ -94,6 +96,14 @@ validation: build
 
 bench: setup
 	cargo bench --locked
+
+# instructions of whole commands against those of the last release (valgrind); KEEP=--keep writes them anew
+counts: build
+	python3 .ci/counts.py $(BIN) $(KEEP)
+
+# how much of the code the suite runs through: docs/reference/coverage.md; half an hour, rustup component add llvm-tools
+coverage: setup
+	python3 .ci/coverage.py
 
 # needs a C compiler; SUNDIALS is taken from the distribution's packages, unpacked below target/ where it is not installed
 peers: build

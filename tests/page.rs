@@ -39,6 +39,10 @@ fn numbers(block: &Value) -> Vec<f64> {
             .chunks_exact(4)
             .map(|b| f64::from(f32::from_le_bytes(b.try_into().unwrap())))
             .collect(),
+        "i4" => bytes
+            .chunks_exact(4)
+            .map(|b| f64::from(i32::from_le_bytes(b.try_into().unwrap())))
+            .collect(),
         "i2" => bytes
             .chunks_exact(2)
             .map(|b| scale * f64::from(i16::from_le_bytes(b.try_into().unwrap())))
@@ -236,7 +240,104 @@ fn the_largest_pressures_have_curves_and_page_and_picture_choose_the_same() {
     let svg = |name: &str| fs::read_to_string(at(name)).unwrap();
     assert_eq!(svg("own-contact.svg"), svg("same-contact.svg"));
     assert!(svg("own-contact.svg").contains("12 of 56 nodes"));
-    // a body in space is no body of matrices
-    let undrawn = view["body"]["undrawn"].as_str().unwrap();
-    assert!(undrawn.contains("bodies in space") && !undrawn.contains("matrices"), "{undrawn}");
+    surface_is_that_of(view, &stored);
+    // curves of others
+    let two = format!("{},{}", nodes[1], nodes[4]);
+    fine(&["view", &at("s.h5"), "--no-open", "--nodes", &two, "-o", &at("two.html")]);
+    let shown = &data(Path::new(&at("two.html")))["views"][0]["motion"]["frames"]["shown"];
+    assert_eq!(shown.as_array().unwrap().len(), 2);
+    let none = signorini(&["view", &at("s.h5"), "--nodes", "999999"]);
+    assert_eq!(none.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&none.stderr).contains("999999: not a contact node"));
+}
+
+/// The surface of a body in space on its page: closed and outward, where the file has it, with the file's pressures.
+fn surface_is_that_of(view: &Value, stored: &Stored) {
+    let body = &view["body"];
+    assert_eq!(body["dim"], 3);
+    let solid = &body["solid"];
+    let whole = |name: &str| -> Vec<usize> {
+        numbers(&solid[name]).into_iter().map(|x| x as usize).collect()
+    };
+    let (triangles, places) = (whole("triangles"), numbers(&solid["nodes"]));
+    let n = places.len() / 3;
+    // Euler: a ball without holes
+    assert_eq!(triangles.len() / 3, 2 * n - 4);
+    let mut sides = std::collections::HashSet::new();
+    for t in triangles.chunks_exact(3) {
+        assert!((0..3).all(|k| sides.insert([t[k], t[(k + 1) % 3]])), "a side twice, {t:?}");
+    }
+    assert!(sides.iter().all(|[a, b]| sides.contains(&[*b, *a])), "a side without a neighbour");
+    // outward: by Gauss the volume of an eighth of a ball, which flat triangles cut a little short
+    let p = |k: usize| [places[3 * k], places[3 * k + 1], places[3 * k + 2]];
+    let volume: f64 = triangles
+        .chunks_exact(3)
+        .map(|t| {
+            let [a, b, c] = [p(t[0]), p(t[1]), p(t[2])];
+            let cross =
+                [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
+            (a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2]) / 6.0
+        })
+        .sum();
+    let ball = std::f64::consts::PI / 6.0;
+    assert!(volume < 1.01 * ball && volume > 0.9 * ball, "{volume} of {ball}");
+    // each drawn node is one of the mesh, and moves as it does
+    let node = |k: usize| {
+        let near = |m: &usize| {
+            let at = stored.place(*m);
+            (0..3).all(|c| (at[c] - p(k)[c]).abs() < 1e-6)
+        };
+        (0..stored.nodes.nrows()).find(near).unwrap()
+    };
+    let of: Vec<usize> = (0..n).map(node).collect();
+    let frames = &view["motion"]["frames"];
+    let u = numbers(&frames["u"]);
+    let largest = u.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    for (r, row) in u.chunks_exact(3 * n).enumerate() {
+        for (x, &m) in row.chunks_exact(3).zip(&of) {
+            let own = stored.displacement(r, m);
+            assert!((0..3).all(|c| (x[c] - own[c]).abs() < 2e-5 * largest), "{r} {m}");
+        }
+    }
+    // pressures of contact nodes
+    let (bearing, bears) = (whole("bearing"), numbers(&frames["bears"]));
+    let peak = stored.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
+    assert_eq!(bears.len(), bearing.len() * stored.t.len());
+    for (i, &m) in stored.contact_nodes.iter().enumerate() {
+        let k = bearing.iter().position(|&k| of[k] == m).unwrap();
+        for r in 0..stored.t.len() {
+            let shown = bears[r * bearing.len() + k];
+            assert!((shown - stored.pressure[(r, i)]).abs() < 1e-4 * peak, "{r} {i}");
+        }
+    }
+    let touching = numbers(&body["contact"]["node"]);
+    assert!(touching.iter().zip(&stored.contact_nodes).all(|(k, m)| of[*k as usize] == *m));
+}
+
+/// Of a family so many orbits play as are asked for, those that are special among them.
+#[test]
+fn a_page_of_a_family_plays_as_many_orbits_as_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let scene = "scenarios/half-plate-response.toml";
+    let words = ["response", scene, "--range", "1.4,1.6", "--ratios", "0.02"];
+    fine(&[&words[..], &["-o", &at("r.h5"), "-q"]].concat());
+    let size = |words: &[&str], count: usize| {
+        fine(&[&["view", &at("r.h5"), "--no-open"], words].concat());
+        let page = data(Path::new(&at("r.html")));
+        let view = &page["views"][0];
+        let plays = |p: &&Value| !p["frames"].is_null();
+        let points = view["points"].as_array().unwrap();
+        assert_eq!(points.iter().filter(plays).count(), count, "{words:?}");
+        let said = view["why"].as_str().map(str::to_owned);
+        (fs::metadata(at("r.html")).unwrap().len(), points.len(), said)
+    };
+    let family = StoredFamily::read(Path::new(&at("r.h5"))).unwrap();
+    let all = family.points.iter().filter(|p| p.orbit.is_some()).count();
+    let (whole, _, said) = size(&[], all);
+    assert_eq!(said, None);
+    let (small, points, said) = size(&["--orbits", "5"], 5);
+    assert!(small < whole && points == family.points.len());
+    assert_eq!(said.unwrap(), format!("5 of {all} orbits play"));
+    assert_eq!(signorini(&["view", &at("r.h5"), "--orbits", "0"]).status.code(), Some(2));
 }

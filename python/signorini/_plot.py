@@ -10,6 +10,8 @@ import numpy as np
 from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Orbit, PhaseResonance, Result, Run, Tori
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -164,6 +166,36 @@ def _curves(figure: type[Figure], curves: Curves) -> Figure:
     return shown
 
 
+#: At most so many contact points have curves where nobody chooses.
+SHOWN = 12
+
+
+def _shown(r: Run, nodes: Sequence[int] | None) -> list[int]:
+    """The contact points that have curves, as the command's pictures choose them: those of the largest pressures first, the rest evenly."""
+    count = r.pressure.shape[1]
+    if nodes is not None:
+        names = list(r.mesh.get("contact_nodes", range(count)))
+        missing = [n for n in nodes if n not in names]
+        if missing:
+            raise ValueError(f"nodes={missing}: not contact nodes; these are {names}")
+        return [i for i in range(count) if names[i] in nodes]
+    if count <= SHOWN:
+        return list(range(count))
+    largest = r.pressure.max(axis=1)
+    drawn, chosen = np.zeros(len(largest)), []
+    while len(chosen) < SHOWN:
+        # where those drawn fall shortest of the largest pressure
+        row = int((largest - drawn).argmax())
+        if largest[row] - drawn[row] <= 0.01 * largest.max():
+            break
+        chosen.append(int(r.pressure[row].argmax()))
+        drawn = np.maximum(drawn, r.pressure[:, chosen[-1]])
+    rest = [i for i in range(count) if i not in chosen]
+    missing = SHOWN - len(chosen)
+    chosen += [rest[k * (len(rest) - 1) // max(missing - 1, 1)] for k in range(missing)]
+    return sorted(chosen)
+
+
 def _name(r: Run, i: int) -> str:
     nodes = r.mesh.get("contact_nodes")
     return f"point {i}" if nodes is None else f"node {nodes[i]}"
@@ -203,19 +235,22 @@ def _deformed(axes: Axes, r: Run, row: int) -> None:
     _clean(axes, "x", "y")
 
 
-def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
-    """Contact displacements and pressures in time, the energies, and (in the plane) the body at time ``at``
+def _run(make: type[Figure], r: Run, at: float | None = None, nodes: Sequence[int] | None = None) -> Figure:
+    """Contact displacements and pressures in time (of ``nodes``), the energies, and (in the plane) the body at time ``at``
     [default: when the pressure is largest]; not the body where the file keeps a part of it (``run.store``)."""
+    from matplotlib import colormaps
+
     u_c = r.contact_displacement
     in_plane = r.columns is None and r.mesh.elements.size > 0 and r.mesh.nodes.shape[1] > 1 and np.ptp(r.mesh.nodes[:, 1]) > 0
     figure = make(figsize=(9, 9 if in_plane else 7), layout="constrained")
     axes = figure.subplots(4 if in_plane else 3, 1, sharex=False, height_ratios=[1, 1, 1, 1.6] if in_plane else None)
     touching = r.active.any(axis=1)
-    shown = np.unique(np.linspace(0, u_c.shape[1] - 1, 6).astype(int)) if u_c.shape[1] else []
+    shown = _shown(r, nodes)
     for k, i in enumerate(shown):
-        axes[0].plot(r.t, u_c[:, i], color=COLOURS[k % 7], lw=1.2, label=_name(r, i))
-        axes[1].plot(r.t, r.pressure[:, i], color=COLOURS[k % 7], lw=1.2)
-    if len(shown):
+        colour = COLOURS[k] if len(shown) <= len(COLOURS) else colormaps["viridis"](0.92 * k / (len(shown) - 1))
+        axes[0].plot(r.t, u_c[:, i], color=colour, lw=1.2, label=_name(r, i))
+        axes[1].plot(r.t, r.pressure[:, i], color=colour, lw=1.2)
+    if shown:
         axes[0].plot(r.t, np.full(len(r.t), r.mesh.gap[shown[0]]), color="black", lw=0.8, ls="--", label="obstacle")
         _above(axes[0], 7)
     for a in axes[:3]:
@@ -266,22 +301,27 @@ def _unit_circle(axes: Axes, multipliers: np.ndarray) -> None:
     axes.set_title("Floquet multipliers", fontsize="medium")
 
 
-def _family(make: type[Figure], f: Family, axis: str = "energy") -> Figure:
-    """Energy (or ``axis="amplitude"``) against frequency; unstable orbits hollow."""
-    figure = make(figsize=(7, 5), layout="constrained")
-    axes = figure.subplots()
-    y = f[f"backbone/{axis}"]
-    for k, name in enumerate(f.branches):
-        own = (f.branch == k) & np.isfinite(y)
-        colour = COLOURS[k % 7]
-        hollow = own & (f.stable == 0)
-        axes.plot(f.omega[own & ~hollow], y[own & ~hollow], "o", ms=3.5, color=colour, label=name)
-        axes.plot(f.omega[hollow], y[hollow], "o", ms=3.5, mfc="none", color=colour)
-    axes.set_yscale("log")
+def _family(make: type[Figure], f: Family, axis: str | None = None) -> Figure:
+    """Energy and amplitude (or one of them, ``axis="energy"``) against frequency, joined along branches that were followed; unstable orbits hollow."""
+    shown = ["energy", "amplitude"] if axis is None else [axis]
+    figure = make(figsize=(7, 2 + 3 * len(shown)), layout="constrained")
+    charts = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, axis in zip(charts, shown):
+        y = f[f"backbone/{axis}"]
+        for k, name in enumerate(f.branches):
+            own = (f.branch == k) & np.isfinite(y)
+            colour = COLOURS[k % 7]
+            if f.is_followed:
+                along = np.flatnonzero(own)[np.argsort(f["backbone"]["index"][own], kind="stable")]
+                axes.plot(f.omega[along], y[along], "-", lw=1.1, color=colour, alpha=0.6)
+            hollow = own & (f.stable == 0)
+            axes.plot(f.omega[own & ~hollow], y[own & ~hollow], "o", ms=3.5, color=colour, label=name)
+            axes.plot(f.omega[hollow], y[hollow], "o", ms=3.5, mfc="none", color=colour)
+        _clean(axes, "", axis)
     if len(f.branches) > 1:
-        axes.legend(fontsize="small", frameon=False)
-    _clean(axes, "circular frequency", axis)
-    axes.set_title(f.title + (" (hollow: unstable)" if (f.stable == 0).any() else ""), fontsize="medium")
+        charts[0].legend(fontsize="small", frameon=False)
+    charts[-1].set_xlabel("circular frequency")
+    charts[0].set_title(f.title + (" (hollow: unstable)" if (f.stable == 0).any() else ""), fontsize="medium")
     return figure
 
 

@@ -120,8 +120,8 @@ class Result(Group):
     def plot(self, to: PathOrText | None = None, **options: Any) -> Figure:
         """A figure of it, by matplotlib (``pip install "signorini[plot]"``): a notebook shows it, ``to`` names a file for it (PNG, SVG, PDF by its ending).
 
-        Options: of a run ``at``, the time at which the body is drawn; of a family ``axis="energy"`` or ``"amplitude"``; of a
-        comparison ``column="error"`` or another of its columns.
+        Options: of a run ``at``, the time at which the body is drawn, and ``nodes``, the contact nodes that have curves; of a family ``axis="energy"`` or
+        ``"amplitude"`` in place of both; of a comparison ``column="error"`` or another of its columns.
         """
         from . import _plot
 
@@ -694,6 +694,12 @@ class Family(Result):
     def switches(self) -> np.ndarray:
         """Switches a period [p]; -1 where there is no orbit."""
         return np.nan_to_num(self["backbone"]["switches"], nan=-1).astype(int)
+
+    @property
+    def is_followed(self) -> bool:
+        """Whether neighbours on a branch belong together: not those that were found one by one, each at its own frequency."""
+        solver, way, *_ = self.kind.replace(",", "").split()
+        return not (way in ("sequential", "sweep") or (solver, way) == ("hbm", "response"))
 
     @property
     def converged(self) -> np.ndarray:

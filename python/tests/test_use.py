@@ -2,6 +2,7 @@
 
 import gc
 import importlib
+import json
 import os
 import pickle
 import signal
@@ -276,6 +277,31 @@ def test_figures(backend, tmp_path):
     for k, r in enumerate(results):
         r.plot().savefig(tmp_path / f"{k}.png")
         assert (tmp_path / f"{k}.png").stat().st_size > 5000
+
+
+def test_figures_show_what_the_command_shows(command, tmp_path):
+    pytest.importorskip("matplotlib")
+    # the same contact points of many have curves
+    r = sg.run(sg.Scene("scenarios/plate.toml").with_(body__elements=[20, 16]))
+    page = tmp_path / "page.html"
+    subprocess.run([command, "view", str(r.path), "--no-open", "-o", str(page), "-q"], check=True)
+    data = page.read_text().split('id="data">')[1].split("</script>")[0]
+    names = [r.mesh.contact_nodes[i] for i in json.loads(data)["views"][0]["motion"]["frames"]["shown"]]
+    assert len(names) == 12 < r.pressure.shape[1]
+    labels = [line.get_label() for line in r.plot().axes[0].lines]
+    assert labels == [f"node {n}" for n in names] + ["obstacle"]
+    assert len(r.plot(nodes=[int(names[3])]).axes[0].lines) == 2
+    with pytest.raises(ValueError, match="not contact nodes"):
+        r.plot(nodes=[10**6])
+    # families: energy and amplitude over a linear scale, joined where neighbours belong together
+    followed = sg.backbone("scenarios/half-plate-orbit.toml", follow="arclength", omega=1.8, points=6)
+    single = sg.backbone("scenarios/half-plate-orbit.toml", range=(1.7, 1.71))
+    assert followed.is_followed and not single.is_followed
+    for family in (followed, single):
+        axes = family.plot().axes
+        assert [a.get_ylabel() for a in axes] == ["energy", "amplitude"] and axes[0].get_yscale() == "linear"
+        assert any(line.get_linestyle() == "-" for line in axes[0].lines) == family.is_followed
+    assert len(single.plot(axis="amplitude").axes) == 1
 
 
 def test_the_command_came_with_the_wheel(command, tmp_path):

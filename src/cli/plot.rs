@@ -8,7 +8,6 @@ use serde_json::json;
 use signorini::report::families;
 use signorini::report::figure::{self, Drawing, Style};
 use signorini::report::overlay;
-use signorini::report::page::Words;
 use signorini::report::pictures::{self, Options};
 use signorini::report::plane;
 use signorini::store::{
@@ -143,7 +142,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             global,
             &arguments.files,
             stem.map(|s| beside(&without_ending(s.to_owned(), &["html"]), ".html")),
-            &Words::default(),
+            &view::Wanted::default(),
         )?;
         let name = path.display().to_string();
         return Ok(global.answer(|| json!({"written": [name]}), || format!("{name}\n")));
@@ -333,12 +332,7 @@ fn point(text: &str) -> Result<(f64, f64, String), CliError> {
 fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<PathBuf>, CliError> {
     let stored = Stored::read(file)?;
     let orbit = read_stored_orbit(file)?;
-    if let Some(node) = arguments.nodes.iter().find(|n| !stored.contact_nodes.contains(n)) {
-        return Err(CliError::Input(format!(
-            "--nodes {node}: not a contact node; these are {:?}",
-            stored.contact_nodes
-        )));
-    }
+    view::check_nodes(&arguments.nodes, &stored)?;
     let (nodes, periodic) = (arguments.nodes.clone(), orbit.is_some());
     let mut options = Options { nodes, periodic, ..Options::default() };
     if !arguments.at.is_empty() {

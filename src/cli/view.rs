@@ -8,8 +8,9 @@ use serde_json::json;
 
 use signorini::families::motions::{Motions, NoMotion};
 use signorini::problem::materials;
+use signorini::records::{PointKind, PointRecord};
 use signorini::report::figure::Style;
-use signorini::report::page::{self, View, Words};
+use signorini::report::page::{self, Body, View, Words};
 use signorini::scenario::Scene;
 use signorini::store::{
     Content, Outputs, Stored, StoredFamily, content, read_stored_orbit, replace,
@@ -21,7 +22,7 @@ use super::{Answer, CliError, Global, load, one_picture};
 /// Arguments of `view`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The page needs no network and no other file: it can be sent to others, and be part of a paper's supplement.\n\nExample:\n  signorini view plate.h5\n  signorini view backbone.h5 hbm.h5 viscous.h5 -o compared.html\n  signorini view orbit.h5 --no-open\n  signorini view plate.h5 --title 'Plate 2' --text 'After the second test.'"
+    after_help = "The page needs no network and no other file: it can be sent to others, and be part of a paper's supplement.\n\nExample:\n  signorini view plate.h5\n  signorini view backbone.h5 hbm.h5 viscous.h5 -o compared.html\n  signorini view orbit.h5 --no-open --nodes 3,7\n  signorini view response.h5 --orbits 40\n  signorini view plate.h5 --title 'Plate 2' --text 'After the second test.'"
 )]
 pub struct Arguments {
     /// Files of this program; several families are shown in one diagram
@@ -36,6 +37,13 @@ pub struct Arguments {
     /// A text of your own below it; paragraphs stand apart by an empty line
     #[arg(long)]
     text: Option<String>,
+    /// Contact nodes (numbers of mesh nodes) that have curves [default: up to twelve, those of the largest pressures
+    /// first; the page lets its reader choose others]
+    #[arg(long, value_delimiter = ',')]
+    nodes: Vec<usize>,
+    /// Of a family: so many orbits play, evenly chosen beside the special ones [default: as many as fit a page of 14 MB]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    orbits: Option<u32>,
     /// Write the page, and do not show it
     #[arg(long)]
     no_open: bool,
@@ -43,9 +51,11 @@ pub struct Arguments {
 
 /// Write the page and show it.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
-    let Arguments { title, text, .. } = arguments;
+    let Arguments { title, text, nodes, .. } = arguments;
     let words = Words { title: title.clone(), text: text.clone() };
-    let path = write(global, &arguments.files, arguments.output.clone(), &words)?;
+    let orbits = arguments.orbits.map(|n| n as usize);
+    let wanted = Wanted { words, nodes: nodes.clone(), orbits };
+    let path = write(global, &arguments.files, arguments.output.clone(), &wanted)?;
     let shown = !arguments.no_open && !global.json && global.caller.desk.is_none() && show(&path);
     let name = path.display().to_string();
     Ok(global.answer(
@@ -57,12 +67,22 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     ))
 }
 
+/// What a page is to show.
+#[derive(Default)]
+pub(super) struct Wanted {
+    pub words: Words,
+    /// Contact nodes that have curves; none: as the page chooses.
+    pub nodes: Vec<usize>,
+    /// How many orbits of a family play.
+    pub orbits: Option<usize>,
+}
+
 /// Write the page of some files; where it is.
 pub(super) fn write(
     global: &Global,
     files: &[PathBuf],
     output: Option<PathBuf>,
-    words: &Words,
+    wanted: &Wanted,
 ) -> Result<PathBuf, CliError> {
     // what cannot be read is said first
     files.iter().try_for_each(|file| content(file).map(drop))?;
@@ -73,12 +93,12 @@ pub(super) fn write(
     let outputs = Outputs::new(false).reads_all(files.iter().cloned());
     outputs.check_derived(&path)?;
     let views: Result<Vec<View>, CliError> =
-        files.iter().map(|file| of_file(global, file, files.len())).collect();
-    replace(&path, page::html(&views?, words).as_bytes())?;
+        files.iter().map(|file| of_file(global, file, files.len(), wanted)).collect();
+    replace(&path, page::html(&views?, &wanted.words).as_bytes())?;
     Ok(path)
 }
 
-fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError> {
+fn of_file(global: &Global, file: &Path, files: usize, wanted: &Wanted) -> Result<View, CliError> {
     let kind = content(file)?;
     if let Some((title, sheet)) = one_picture::picture(kind, file)? {
         return Ok(View::picture(&name(file), &title, &sheet.svg(&Style::default())?));
@@ -88,15 +108,32 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
             let text = "is of a study; give the files of its tasks (NAME.study/tasks/…/result.h5)";
             return Err(CliError::Input(format!("{} {text}", file.display())));
         }
-        Content::Family => of_family(global, file, files)?,
+        Content::Family => of_family(global, file, files, wanted)?,
         // all others are of one picture
         _ => {
             let stored = Stored::read(file)?;
             let scene = load::stored(file, &stored.scene);
             let of_bodies = scene.as_ref().map(materials).unwrap_or_default();
-            View::run(stored.whole()?, &of_bodies, read_stored_orbit(file)?.as_ref())
+            check_nodes(&wanted.nodes, &stored)?;
+            let body = Body::of(stored.whole()?, &of_bodies);
+            View::run(&stored, body, read_stored_orbit(file)?.as_ref(), &wanted.nodes)
         }
     })
+}
+
+/// Most numbers of nodes that a message tells.
+const TOLD: usize = 40;
+
+/// Whether all nodes that are asked for are contact nodes.
+pub(super) fn check_nodes(wanted: &[usize], stored: &Stored) -> Result<(), CliError> {
+    let there = &stored.contact_nodes;
+    let Some(node) = wanted.iter().find(|n| !there.contains(n)) else { return Ok(()) };
+    let told = &there[..there.len().min(TOLD)];
+    let more = match there.len() - told.len() {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    };
+    Err(CliError::Input(format!("--nodes {node}: not a contact node; these are {told:?}{more}")))
 }
 
 fn name(file: &Path) -> String {
@@ -109,32 +146,46 @@ const STATES: (usize, usize) = (20, 96);
 const BYTES: usize = 9_500_000;
 
 /// A family with the motions of its points.
-fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliError> {
+fn of_family(
+    global: &Global,
+    file: &Path,
+    files: usize,
+    wanted: &Wanted,
+) -> Result<View, CliError> {
     let family = StoredFamily::read(file)?;
     let rest = Stored::body(file)?;
+    check_nodes(&wanted.nodes, &rest)?;
     let Some(scene) = load::stored(file, &family.scene) else {
         let why =
             "the scene that made it cannot be read by this version: its orbits cannot be played";
-        return Ok(View::family(&family, &rest, &[], (&[], 1), Some(why)));
+        let body = Body::of(&rest, &[]);
+        return Ok(View::family(&family, body, (&[], 1), &wanted.nodes, Some(why)));
     };
-    let playable = family.points.iter().filter(|p| p.orbit.is_some() || p.series.is_some()).count();
-    let per_state = 4 * rest.nodes.nrows() + 5 * rest.gap.len();
-    let states = BYTES / files / (per_state * playable).max(1);
-    // where not even few states of each fit, some points are not played
-    let every = STATES.0.div_ceil(states.max(1)).max(1);
-    let states = states.clamp(STATES.0, STATES.1);
+    let body = Body::of(&rest, &materials(&scene));
+    let has_motion = |p: &PointRecord| p.orbit.is_some() || p.series.is_some();
+    let all = family.points.iter().filter(|p| has_motion(p)).count();
+    // so many fit with few states each; the rest is not played
+    let room = BYTES / files / body.state.max(1);
+    let count = wanted.orbits.unwrap_or(room / STATES.0).clamp(1, all.max(1));
+    let states = (room / count).clamp(STATES.0, STATES.1);
+    let plays = chosen(
+        &family.points.iter().map(|p| (has_motion(p), is_special(p))).collect::<Vec<_>>(),
+        count,
+    );
     let (mut motions, mut why) = (vec![], None);
-    if every > 1 {
-        why = Some(format!(
-            "one orbit in {every} plays: with all of them the page would be too large"
-        ));
+    if count < all {
+        let size = match wanted.orbits {
+            Some(_) => "",
+            None => ": with all of them the page would be too large",
+        };
+        why = Some(format!("{count} of {all} orbits play{size}"));
     }
     let bar = Bar::new(global, &scene);
     let set_up = |scene: &Scene| load::of_scene(scene).map_err(|e| e.text());
     let count = family.points.len();
     let mut all = Motions::new(family, rest, &scene, &set_up);
-    for k in 0..count {
-        if k % every != 0 {
+    for (k, plays) in plays.into_iter().enumerate() {
+        if !plays {
             motions.push(None);
             continue;
         }
@@ -155,13 +206,25 @@ fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliErro
     if let Some(bar) = &bar {
         bar.clear();
     }
-    Ok(View::family(
-        all.family(),
-        all.rest(),
-        &materials(&scene),
-        (&motions, states),
-        why.as_deref(),
-    ))
+    Ok(View::family(all.family(), body, (&motions, states), &wanted.nodes, why.as_deref()))
+}
+
+fn is_special(p: &PointRecord) -> bool {
+    p.special != PointKind::Regular
+}
+
+/// Which points play: so many of those that have a motion, special ones first, the others evenly among them.
+fn chosen(points: &[(bool, bool)], count: usize) -> Vec<bool> {
+    let evenly = |from: &[usize], count: usize| -> Vec<usize> {
+        let count = count.min(from.len());
+        (0..count).map(|k| from[k * from.len() / count]).collect()
+    };
+    let of = |special: bool| -> Vec<usize> {
+        (0..points.len()).filter(|&k| points[k] == (true, special)).collect()
+    };
+    let first = evenly(&of(true), count);
+    let rest = evenly(&of(false), count - first.len());
+    (0..points.len()).map(|k| first.contains(&k) || rest.contains(&k)).collect()
 }
 
 /// Show a page in the browser of this machine, if there is one to look at.

@@ -19,5 +19,6 @@ pub mod precision;
 pub mod spectrum;
 pub mod study;
 pub mod summary;
+mod surface;
 pub mod tori;
 pub mod trust;

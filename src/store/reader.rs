@@ -535,11 +535,25 @@ impl Stored {
 
     /// Contact pressure of every node at stored state `row`: of points that are no nodes the mean at the nearest one; of masters
     /// `p_j = Σ_i P_ij D_i p_i / Σ_i P_ij D_i`, for `Σ_i P_ij D_i = ∫Φ_j` over what is covered; zero off the contact.
-    pub(crate) fn nodal_pressure(&self, row: usize) -> Vec<f64> {
+    pub(crate) fn nodal_pressure(&self) -> impl Fn(usize) -> Vec<f64> + '_ {
+        let nearest: Vec<usize> = (0..self.gap.len()).map(|i| self.nearest_node(i)).collect();
+        move |row| self.nodal_pressure_at(row, &nearest)
+    }
+
+    /// The nodes that can have a contact pressure, in their order.
+    pub(crate) fn nodes_that_bear(&self) -> Vec<usize> {
+        let slaves = (0..self.gap.len()).map(|i| self.nearest_node(i));
+        let masters = self.against.iter().flatten().map(|(node, _)| *node);
+        let mut all: Vec<usize> = slaves.chain(masters).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    fn nodal_pressure_at(&self, row: usize, nearest: &[usize]) -> Vec<f64> {
         let n = self.nodes.nrows();
         let (mut pressure, mut count) = (vec![0.0; n], vec![0.0; n]);
-        for i in 0..self.gap.len() {
-            let node = self.nearest_node(i);
+        for (i, &node) in nearest.iter().enumerate() {
             pressure[node] += self.pressure[(row, i)];
             count[node] += 1.0;
         }

@@ -136,7 +136,7 @@ impl<'s> Fields<'s> {
                 status[node] = status[node].max(i32::from(s.active[(row, i)]));
                 gap[node] = gap[node].min(s.gap[i] - s.contact_displacement(row, i));
             }
-            all.push(real("contact_pressure", Centre::Point, 1, s.nodal_pressure(row)));
+            all.push(real("contact_pressure", Centre::Point, 1, s.nodal_pressure()(row)));
             let forces = s.nodal_forces(row).into_iter().flatten().collect();
             all.push(real("contact_force", Centre::Point, 3, forces));
             let (name, values) = ("contact_status", Values::Whole(status));

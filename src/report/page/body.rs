@@ -3,39 +3,58 @@
 use serde_json::{Value, json};
 
 use super::block::{exact, single, whole};
+use super::drawn::Drawn;
+use super::solid::solid;
 use crate::fem::{Material, Shape, shape};
 use crate::mesh::Point;
 use crate::report::edge::Edge;
 use crate::report::pictures::boundary;
 use crate::store::Stored;
 
-/// The body of a motion; `materials` by region where they are known.
-pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
+/// The body of a motion, and what of it moves; `materials` by region where they are known.
+pub(super) fn body(stored: &Stored, materials: &[Material]) -> (Drawn, Value) {
+    let (drawn, solid) = match stored.is_solid() {
+        true => solid(stored),
+        false => (Drawn::in_plane(stored), Value::Null),
+    };
+    let value = described(stored, materials, &drawn, solid);
+    (drawn, value)
+}
+
+fn described(stored: &Stored, materials: &[Material], drawn: &Drawn, solid: Value) -> Value {
     let edge = Edge::of(stored);
     let (fronts, n_c) = (&edge.fronts, stored.gap.len());
     let cells: Vec<Vec<usize>> = (0..stored.elements.nrows()).map(|k| around(stored, k)).collect();
     let in_plane = (0..cells.len()).all(|k| stored.kind(k).is_some_and(|kind| kind.dim() == 2));
     // rows of given matrices stand in a line, which is no shape
-    let undrawn = match stored.is_solid() {
-        true => {
-            "The page does not draw bodies in space: signorini plot does, and signorini export writes files for ParaView."
-        }
-        false => "A body of matrices has no shape to show.",
+    let dim = match in_plane {
+        _ if cells.is_empty() => 0,
+        _ if stored.is_solid() => 3,
+        true => 2,
+        false => usize::from(!materials.is_empty()),
     };
+    // of a body in space the page has the surface alone
+    let (nodes, cells) = match dim {
+        3 => (0, vec![]),
+        _ => (stored.nodes.nrows(), cells),
+    };
+    let sides = if dim == 3 { vec![] } else { boundary(stored) };
+    let own = |p: Point| p.into_iter().take(if dim == 3 { 3 } else { 2 });
     json!({
-        "undrawn": undrawn,
-        "dim": match in_plane { _ if cells.is_empty() || stored.is_solid() => 0, true => 2, false => usize::from(!materials.is_empty()) },
-        "nodes": single((0..stored.nodes.nrows()).flat_map(|n| plane(stored.place(n)))),
+        "dim": dim,
+        "solid": solid,
+        "nodes": single((0..nodes).flat_map(|n| plane(stored.place(n)))),
         "cells": whole(cells.iter().flatten().copied()),
         "corners": whole(cells.iter().map(Vec::len)),
-        "sides": whole(boundary(stored).into_iter().flat_map(|s| pairs(&s)).flatten()),
+        "sides": whole(sides.into_iter().flat_map(|s| pairs(&s)).flatten()),
         "stress": stress(stored, materials),
         "contact": {
             "axis": edge.axis,
             "position": exact(edge.position.iter().copied()),
             "gap": exact(stored.gap.iter().copied()),
-            "place": single((0..n_c).flat_map(|i| plane(stored.contact_place(i)))),
-            "normal": single((0..n_c).flat_map(|i| plane(stored.contact_normal(i)))),
+            "place": single((0..n_c).flat_map(|i| own(stored.contact_place(i)))),
+            "normal": single((0..n_c).flat_map(|i| own(stored.contact_normal(i)))),
+            "node": whole(drawn.touching(stored)),
             "names": (0..n_c).map(|i| stored.contact_name(i)).collect::<Vec<_>>(),
             "fronts": fronts,
             "behind": (0..n_c).map(|i| edge.behind(i)).collect::<Vec<_>>(),
@@ -48,7 +67,7 @@ pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
     })
 }
 
-pub(super) fn plane([x, y, _]: Point) -> [f64; 2] {
+fn plane([x, y, _]: Point) -> [f64; 2] {
     [x, y]
 }
 

@@ -4,8 +4,10 @@
 
 mod block;
 mod body;
+mod drawn;
 mod motion;
 mod said;
+mod solid;
 
 use serde_json::{Value, json};
 
@@ -13,6 +15,7 @@ use super::summary::significant;
 use crate::fem::Material;
 use crate::records::{OrbitRecord, PointKind, PointRecord};
 use crate::store::{MARK, Stored, StoredFamily};
+use drawn::Drawn;
 
 const FRAME: &str = include_str!("web/page.html");
 const STYLE: &str = include_str!("web/style.css");
@@ -33,12 +36,28 @@ fn without_folders(command: &str) -> String {
     command.split(' ').map(name).collect::<Vec<_>>().join(" ")
 }
 
+/// The body that views show.
+pub struct Body {
+    drawn: Drawn,
+    arrays: Value,
+    /// Bytes of a state of an orbit.
+    pub state: usize,
+}
+
+impl Body {
+    /// That of a file; `materials` by region where they are known.
+    pub fn of(stored: &Stored, materials: &[Material]) -> Body {
+        let (drawn, arrays) = body::body(stored, materials);
+        Body { state: drawn.bytes(stored.gap.len()), drawn, arrays }
+    }
+}
+
 /// Something to look at.
 pub struct View(Value);
 
 impl View {
-    /// A run, or an orbit with its multipliers.
-    pub fn run(stored: &Stored, materials: &[Material], orbit: Option<&OrbitRecord>) -> View {
+    /// A run, or an orbit with its multipliers; curves are those of some contact nodes, or of as many as show.
+    pub fn run(stored: &Stored, body: Body, orbit: Option<&OrbitRecord>, nodes: &[usize]) -> View {
         View(json!({
             "kind": "run",
             "name": stored.path.file_name().map(|n| n.to_string_lossy()),
@@ -46,25 +65,26 @@ impl View {
             "status": stored.status.to_string(),
             "command": without_folders(&stored.command),
             "said": said::of_run(&stored.path),
-            "body": body::body(stored, materials),
-            "motion": motion::motion(stored),
+            "motion": motion::motion(stored, &body.drawn, nodes),
+            "body": body.arrays,
             "orbit": orbit.map(of_orbit),
         }))
     }
 
-    /// A family; `rest` is its body, `motions` what its points do over their periods, where that is known, of which
+    /// A family with its body; `motions` is what its points do over their periods, where that is known, of which
     /// about so many states are shown, and `why` there are none.
     pub fn family(
         family: &StoredFamily,
-        rest: &Stored,
-        materials: &[Material],
+        body: Body,
         (motions, states): (&[Option<Stored>], usize),
+        nodes: &[usize],
         why: Option<&str>,
     ) -> View {
-        let points = family.points.iter().enumerate();
-        let points: Vec<Value> = points
-            .map(|(k, p)| point(p, motions.get(k).and_then(Option::as_ref), states))
-            .collect();
+        let of_point = |(k, p): (usize, &PointRecord)| {
+            let moving = motions.get(k).and_then(Option::as_ref);
+            point(p, moving.map(|m| motion::orbit(m, &body.drawn, states, nodes)))
+        };
+        let points: Vec<Value> = family.points.iter().enumerate().map(of_point).collect();
         View(json!({
             "kind": "family",
             "name": family.path.file_name().map(|n| n.to_string_lossy()),
@@ -73,7 +93,7 @@ impl View {
             "what": family.identity.to_string(),
             "sequential": family.outline().is_point_by_point(),
             "branches": family.branches.iter().map(|b| b.to_string()).collect::<Vec<_>>(),
-            "body": body::body(rest, materials),
+            "body": body.arrays,
             "points": points,
             "why": why,
         }))
@@ -99,7 +119,7 @@ fn of_orbit(o: &OrbitRecord) -> Value {
     })
 }
 
-fn point(p: &PointRecord, moving: Option<&Stored>, states: usize) -> Value {
+fn point(p: &PointRecord, frames: Option<Value>) -> Value {
     let is_gap = matches!(p.special, PointKind::Gap(_));
     json!({
         "omega": p.omega, "branch": p.branch, "index": p.index,
@@ -107,7 +127,7 @@ fn point(p: &PointRecord, moving: Option<&Stored>, states: usize) -> Value {
         "gap": is_gap,
         "orbit": p.orbit.as_ref().map(of_orbit),
         "hbm": p.check.as_ref().map(|c| json!({"energy": finite(c.energy), "verdict": c.verdict.name(), "moved": finite(c.moved), "harmonics": c.n_h})),
-        "frames": moving.map(|m| motion::orbit(m, states)),
+        "frames": frames,
     })
 }
 

@@ -2,62 +2,22 @@
 //!
 //! Parallel projection from a direction that the contact faces; faces behind others are painted first.
 
-use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 use plotters::prelude::*;
 
 use super::scaled::{Magnified, Projection, label, side_by_side, significant};
-use crate::fem::shape;
-use crate::mesh::point::{cross, dot, unit};
-use crate::mesh::{ElementKind, Point};
+use crate::mesh::Point;
+use crate::mesh::point::{cross, dot, minus, unit};
 use crate::report::figure::{Area, Bar, Drawn, FigureError, Sheet, line, px, range, text, viridis};
+use crate::report::surface::{self, Face, LINED, Surface};
 use crate::store::Stored;
 
 /// What carries no pressure.
 const BODY: RGBColor = RGBColor(205, 208, 214);
 /// Share of the light that comes from everywhere: on the body, and where colours say something.
 const AMBIENT: [f64; 2] = [0.5, 0.85];
-/// More faces than this are drawn without the lines between them.
-const LINED: usize = 4000;
-/// Neighbours that turn by more meet in an edge (cosine).
-const EDGE: f64 = 0.8;
-
-/// A face of the surface.
-struct Face {
-    kind: ElementKind,
-    nodes: Vec<usize>,
-    touches: bool,
-}
-
-/// The faces that one element has alone.
-fn surface(stored: &Stored) -> Vec<Face> {
-    let touching: std::collections::HashSet<usize> =
-        (0..stored.gap.len()).map(|i| stored.nearest_node(i)).collect();
-    let mut found: HashMap<Vec<usize>, Option<Face>> = HashMap::new();
-    let mut order = vec![];
-    for k in 0..stored.elements.nrows() {
-        let Some(kind) = stored.kind(k) else { continue };
-        let own = stored.nodes_of(k);
-        for side in 0..kind.sides() {
-            let Some(face) = kind.face(side) else { continue };
-            let nodes: Vec<usize> = kind.side(side).iter().map(|&l| own[l]).collect();
-            let mut key = nodes.clone();
-            key.sort_unstable();
-            match found.get_mut(&key) {
-                Some(twice) => *twice = None,
-                None => {
-                    let touches = nodes.iter().all(|n| touching.contains(n));
-                    found.insert(key.clone(), Some(Face { kind: face, nodes, touches }));
-                    order.push(key);
-                }
-            }
-        }
-    }
-    order.iter().filter_map(|key| found.remove(key).flatten()).collect()
-}
-
 /// Where the eye is: unit vectors to the right, up, and towards it.
 struct View {
     right: Point,
@@ -66,18 +26,7 @@ struct View {
 }
 
 impl View {
-    /// From the corner of the room that the contact faces most; of equals the usual one.
-    fn towards(normals: &[Point]) -> View {
-        let corner = |k: usize| {
-            let sign = |bit: usize| if k >> bit & 1 == 0 { 1.0 } else { -1.0 };
-            unit([0.75 * sign(0), -0.6 * sign(1), 0.5 * sign(2)])
-        };
-        let seen = |eye: &Point| normals.iter().map(|n| dot(n, eye)).sum::<f64>();
-        let best = (0..8).map(corner).fold(None, |best: Option<Point>, eye| match best {
-            Some(known) if seen(&known) >= seen(&eye) - 1e-9 => Some(known),
-            _ => Some(eye),
-        });
-        let eye = best.unwrap_or([1.0, 0.0, 0.0]);
+    fn from(eye: Point) -> View {
         let right = unit(cross(&[0.0, 0.0, 1.0], &eye));
         View { right, up: cross(&eye, &right), eye }
     }
@@ -97,38 +46,10 @@ struct Piece {
     lines: Vec<([f64; 2], [f64; 2], bool)>,
 }
 
-/// The edges of the surface between two faces, by the corners at their ends: nodes along them, and whether the body turns there.
-fn edges(faces: &[Face], at: &dyn Fn(usize) -> Point) -> HashMap<[usize; 2], bool> {
-    let normal = |f: &Face| {
-        let [a, b, c] = [0, 1, 2].map(|k| at(f.nodes[k]));
-        let minus = |p: &Point, q: &Point| -> Point { std::array::from_fn(|c| p[c] - q[c]) };
-        unit(cross(&minus(&b, &a), &minus(&c, &b)))
-    };
-    let mut known: HashMap<[usize; 2], Point> = HashMap::new();
-    let mut sharp = HashMap::new();
-    for face in faces {
-        let (n, corners) = (normal(face), face.kind.corners());
-        for k in 0..corners {
-            let (a, b) = (face.nodes[k], face.nodes[(k + 1) % corners]);
-            let key = [a.min(b), a.max(b)];
-            match known.get(&key) {
-                Some(other) => {
-                    sharp.insert(key, dot(other, &n) < EDGE);
-                }
-                None => {
-                    known.insert(key, n);
-                }
-            }
-        }
-    }
-    sharp
-}
-
 /// One state.
 struct Scene<'s> {
     stored: &'s Stored,
-    faces: Vec<Face>,
-    sharp: HashMap<[usize; 2], bool>,
+    surface: Surface,
     view: View,
     magnified: Magnified,
     /// Largest pressure of all states.
@@ -137,16 +58,14 @@ struct Scene<'s> {
 
 impl<'s> Scene<'s> {
     fn of(stored: &'s Stored, rows: &[usize]) -> Scene<'s> {
-        let normals: Vec<Point> = (0..stored.gap.len()).map(|i| stored.contact_normal(i)).collect();
-        let faces = surface(stored);
-        let pressures = rows.iter().flat_map(|&r| stored.nodal_pressure(r));
+        let pressure = stored.nodal_pressure();
+        let pressures = rows.iter().flat_map(|&r| pressure(r));
         Scene {
-            sharp: edges(&faces, &|n| stored.place(n)),
-            view: View::towards(&normals),
+            surface: Surface::of(stored),
+            view: View::from(surface::eye(stored)),
             magnified: Magnified::of(stored, rows),
             largest: pressures.fold(0.0, f64::max),
             stored,
-            faces,
         }
     }
 
@@ -157,7 +76,7 @@ impl<'s> Scene<'s> {
 
     /// The range of all that is drawn, deformed or not.
     fn extent(&self, rows: &[usize], c: usize) -> Range<f64> {
-        let nodes = || self.faces.iter().flat_map(|f| &f.nodes);
+        let nodes = || self.surface.faces.iter().flat_map(|f| &f.nodes);
         let moved =
             rows.iter().flat_map(|&r| nodes().map(move |&n| self.view.plane(&self.place(r, n))[c]));
         let rest = nodes().map(|&n| self.view.plane(&self.stored.place(n))[c]);
@@ -166,25 +85,23 @@ impl<'s> Scene<'s> {
 
     /// What is to be painted, far things first.
     fn pieces(&self, row: usize) -> Vec<Piece> {
-        let pressure = self.stored.nodal_pressure(row);
+        let pressure = self.stored.nodal_pressure()(row);
         // from above the left shoulder
         let light = unit(std::array::from_fn(|c| {
             self.view.eye[c] - 0.25 * self.view.right[c] + 0.4 * self.view.up[c]
         }));
         let mut pieces: Vec<Piece> = vec![];
-        for face in &self.faces {
+        for face in &self.surface.faces {
             let x: Vec<Point> = face.nodes.iter().map(|&n| self.place(row, n)).collect();
             // fine where the pressure has colours, and where faces are curved
             for part in face.kind.pieces() {
                 let corners: Vec<Point> = part.iter().map(|&k| x[k]).collect();
-                let minus =
-                    |p: &Point, q: &Point| -> Point { std::array::from_fn(|c| p[c] - q[c]) };
                 let last = corners[corners.len() - 1];
                 let normal = cross(&minus(&corners[1], &corners[0]), &minus(&last, &corners[0]));
                 let size = dot(&normal, &normal).sqrt();
                 // nothing at all; or turned away, which shows where large displacements fold a surface
                 let turned = dot(&normal, &self.view.eye) <= 0.0;
-                if size == 0.0 || turned && self.faces.len() > LINED {
+                if size == 0.0 || turned && self.surface.faces.len() > LINED {
                     continue;
                 }
                 let values: Vec<f64> = part.iter().map(|&k| pressure[face.nodes[k]]).collect();
@@ -218,29 +135,10 @@ impl<'s> Scene<'s> {
 
     /// The sides of a part that lie on those of its face.
     fn lines(&self, face: &Face, part: &[usize], x: &[Point]) -> Vec<([f64; 2], [f64; 2], bool)> {
-        let corners = face.kind.corners();
-        let local = shape::places(face.kind);
-        let mut lines = vec![];
-        for k in 0..part.len() {
-            let (a, b) = (part[k], part[(k + 1) % part.len()]);
-            // both ends on the side between two corners
-            let side = (0..corners).find(|&s| {
-                let (p, q) = (local[s], local[(s + 1) % corners]);
-                let on = |l: usize| {
-                    let along = [q[0] - p[0], q[1] - p[1]];
-                    let to = [local[l][0] - p[0], local[l][1] - p[1]];
-                    (along[0] * to[1] - along[1] * to[0]).abs() < 1e-12
-                };
-                on(a) && on(b)
-            });
-            let Some(s) = side else { continue };
-            let (p, q) = (face.nodes[s], face.nodes[(s + 1) % corners]);
-            let sharp = self.sharp.get(&[p.min(q), p.max(q)]).copied().unwrap_or(true);
-            if sharp || self.faces.len() <= LINED {
-                lines.push((self.view.plane(&x[a]), self.view.plane(&x[b]), sharp));
-            }
-        }
-        lines
+        let all = self.surface.stretches(face, part).into_iter();
+        let drawn = all.filter(|s| s.sharp || self.surface.faces.len() <= LINED);
+        let at = |l: usize| self.view.plane(&x[l]);
+        drawn.map(|s| (at(s.ends[0]), at(s.ends[1]), s.sharp)).collect()
     }
 
     /// One state with its time.
@@ -310,7 +208,7 @@ pub(super) fn solid_shapes<'s>(
     rows: &[usize],
 ) -> Result<Sheet<'s>, FigureError> {
     let scene = Arc::new(Scene::of(stored, of));
-    if scene.faces.is_empty() {
+    if scene.surface.faces.is_empty() {
         return Err(FigureError::Empty("the mesh has no surface"));
     }
     let (x, y) = (scene.extent(of, 0), scene.extent(of, 1));

@@ -1,109 +1,71 @@
-// The body as it moves: cells coloured by a quantity, its outline at rest, obstacles, pressures.
+// The body of a page, and the panel that shows it as it moves: what both kinds of pictures, in the plane and in space,
+// have in common.
 
 import { interpolateViridis } from "d3-scale-chromatic";
 import { decode, place } from "./decode.js";
-import { element, number, theme } from "./words.js";
+import { element, number } from "./words.js";
 
 const SHADES = Array.from({ length: 256 }, (_, i) => interpolateViridis(i / 255));
-const shade = (x) => SHADES[Math.max(0, Math.min(255, Math.round(255 * x)))];
+/** The colour of a share of the scale. */
+export const shade = (x) => SHADES[Math.max(0, Math.min(255, Math.round(255 * x)))];
 
 /** Largest displacement as drawn, over the length of the body; near the true size the true size is drawn. */
 const DRAWN = 0.25;
 const AS_IT_IS = 4;
-/** Thickness of a bar, and the longest pressure, over the length of the body. */
-const THICKNESS = 0.1;
-const LONGEST = 0.13;
-
-/** Draws on a canvas. */
-class OnCanvas {
-  constructor(context) {
-    this.context = context;
-  }
-  path(points, closed) {
-    const c = this.context;
-    c.beginPath();
-    points.forEach(([x, y], i) => (i ? c.lineTo(x, y) : c.moveTo(x, y)));
-    if (closed) c.closePath();
-  }
-  polygon(points, fill) {
-    this.path(points, true);
-    this.context.fillStyle = fill;
-    this.context.fill();
-    // no seams between cells
-    this.context.strokeStyle = fill;
-    this.context.lineWidth = 0.6;
-    this.context.stroke();
-  }
-  line(points, stroke, width) {
-    this.path(points, false);
-    this.context.strokeStyle = stroke;
-    this.context.lineWidth = width;
-    this.context.stroke();
-  }
-  text(x, y, words, fill) {
-    this.context.fillStyle = fill;
-    this.context.font = '12px system-ui, "DejaVu Sans", sans-serif';
-    this.context.fillText(words, x, y);
-  }
-}
-
-/** Writes the same as SVG. */
-class AsSvg {
-  constructor() {
-    this.parts = [];
-  }
-  list(points) {
-    return points.map(([x, y]) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" ");
-  }
-  polygon(points, fill) {
-    this.parts.push(`<polygon points="${this.list(points)}" fill="${fill}" stroke="${fill}" stroke-width="0.6"/>`);
-  }
-  line(points, stroke, width) {
-    this.parts.push(`<polyline points="${this.list(points)}" fill="none" stroke="${stroke}" stroke-width="${width}"/>`);
-  }
-  text(x, y, words, fill) {
-    this.parts.push(`<text x="${x}" y="${y}" fill="${fill}" font-size="12" font-family="sans-serif">${words}</text>`);
-  }
-}
+/** How far from a contact point a click may be, in pixels. */
+const REACH = 14;
 
 /** A body, decoded once. */
 export function bodyOf(raw) {
+  const { solid } = raw;
   const body = {
     dim: raw.dim,
-    undrawn: raw.undrawn,
-    nodes: decode(raw.nodes),
+    axes: solid ? 3 : 2,
+    nodes: decode(solid ? solid.nodes : raw.nodes),
     corners: decode(raw.corners),
     cells: decode(raw.cells),
     sides: decode(raw.sides),
     stress: raw.stress && { rows: decode(raw.stress.rows), nodes: decode(raw.stress.nodes), counts: decode(raw.stress.counts) },
+    solid: solid && {
+      ...solid,
+      ...Object.fromEntries(["triangles", "coarse", "lines", "edges", "bearing"].map((name) => [name, decode(solid[name])])),
+    },
     contact: {
       ...raw.contact,
       position: decode(raw.contact.position),
       gap: decode(raw.contact.gap),
+      node: decode(raw.contact.node),
       place: decode(raw.contact.place),
       normal: decode(raw.contact.normal),
     },
   };
-  body.count = body.nodes.length / 2;
-  const x = (c) => Array.from({ length: body.count }, (_, i) => body.nodes[2 * i + c]);
-  const extent = (c) => Math.max(...x(c)) - Math.min(...x(c));
-  body.length = Math.max(extent(0), extent(1)) || 1;
+  const extent = (c) => {
+    let [low, high] = [Infinity, -Infinity];
+    for (let i = c; i < body.nodes.length; i += body.axes) {
+      low = Math.min(low, body.nodes[i]);
+      high = Math.max(high, body.nodes[i]);
+    }
+    return high - low;
+  };
+  body.length = Math.max(...Array.from({ length: body.axes }, (_, c) => extent(c))) || 1;
   return body;
 }
 
-/** Shows a body; `frames` is given by `show`. */
-export class BodyView {
-  constructor(body) {
+/** Shows a body; `frames` is given by `show`. What is drawn, and how, is that of the classes below it. */
+export class BodyPanel {
+  /** `quantities`: values and words of what colours may say; `marked(i)`: the colour of a contact point that has curves. */
+  constructor(body, canvas, quantities) {
     this.body = body;
-    this.canvas = element("canvas", { role: "img", "aria-label": "the deformed body", tabindex: -1 });
-    this.quantity = "u";
+    this.canvas = canvas;
+    this.quantity = quantities[0][0];
     this.factor = null;
+    this.time = 0;
+    this.marked = [];
+    this.onPick = null;
     this.picker = element(
       "select",
       { "aria-label": "colour", onchange: () => this.paint((this.quantity = this.picker.value)) },
-      element("option", { value: "u" }, "displacement ‖u‖"),
-      body.stress ? element("option", { value: "stress" }, body.dim === 1 ? "stress" : "von Mises stress") : null,
-      element("option", { value: "none" }, "one colour"),
+      ...quantities.map(([value, words]) => element("option", { value }, words)),
     );
     this.magnifier = element("input", {
       type: "number",
@@ -124,214 +86,113 @@ export class BodyView {
     const stops = [0, 0.25, 0.5, 0.75, 1].map((x) => shade(x)).join(",");
     this.most = element("span");
     this.scale = element("span", { class: "scale" }, "0", element("i", { style: `background:linear-gradient(90deg,${stops})` }), this.most);
-    this.element = element(
-      "div",
-      { class: "panel body" },
-      element("div", { class: "head" }, element("h2", {}, "Body"), this.shown),
-      this.canvas,
-      element("div", { class: "bar" }, element("label", {}, "colour", this.picker), element("label", {}, "displacements ×", this.magnifier), this.scale),
-    );
-    this.u = new Float32Array(body.nodes.length);
-    this.time = 0;
+    this.tools = element("div", { class: "bar" }, element("label", {}, "colour", this.picker), element("label", {}, "displacements ×", this.magnifier), this.scale);
+    this.stage = element("div", { class: "stage" }, this.canvas);
+    this.element = element("div", { class: "panel body" }, element("div", { class: "head" }, element("h2", {}, "Body"), this.shown), this.stage, this.tools);
     new ResizeObserver(() => this.draw(this.time)).observe(this.canvas);
   }
 
   /** Play these frames from now on. */
   show(frames) {
     this.frames = frames;
+    const { axes } = this.body;
+    const { u, pressure } = frames;
     this.largest = { u: 0, stress: 0, pressure: 0 };
-    const { u, pressure, t } = frames;
-    for (let i = 0; i < u.length; i += 2) this.largest.u = Math.max(this.largest.u, Math.hypot(u[i], u[i + 1]));
+    for (let i = 0; i < u.length; i += axes) this.largest.u = Math.max(this.largest.u, Math.hypot(u[i], u[i + 1], axes === 3 ? u[i + 2] : 0));
     for (const p of pressure) this.largest.pressure = Math.max(this.largest.pressure, p);
-    if (this.body.stress) {
-      for (let f = 0; f < t.length; f += Math.ceil(t.length / 40)) {
-        this.u.set(u.subarray(f * this.u.length, (f + 1) * this.u.length));
-        for (const s of this.stresses()) this.largest.stress = Math.max(this.largest.stress, Math.abs(s));
-      }
-    }
+    this.survey();
     this.measure();
-    this.draw(t[0]);
+    this.draw(frames.t[0]);
   }
+
+  /** What else there is to know of the frames. */
+  survey() {}
 
   paint() {
     this.draw(this.time);
   }
 
-  /** The part of the plane that is shown, and the magnification. */
-  measure() {
-    const { body, frames } = this;
+  /** How much larger displacements are drawn. */
+  magnify() {
+    const { body } = this;
     const own = (DRAWN * body.length) / (this.largest.u || body.length);
     this.magnification = this.factor ?? (own > 1 / AS_IT_IS && own < AS_IT_IS ? 1 : own);
     this.magnifier.placeholder = number(Number(this.magnification.toPrecision(3)));
-    const m = this.magnification;
-    const box = [Infinity, Infinity, -Infinity, -Infinity];
-    const take = (x, y) => {
-      box[0] = Math.min(box[0], x);
-      box[1] = Math.min(box[1], y);
-      box[2] = Math.max(box[2], x);
-      box[3] = Math.max(box[3], y);
-    };
-    const n = body.nodes.length;
-    for (let i = 0; i < n; i += 2) take(body.nodes[i], body.nodes[i + 1]);
-    for (let i = 0; i < frames.u.length; i += 2) take(body.nodes[i % n] + m * frames.u[i], body.nodes[(i + 1) % n] + m * frames.u[i + 1]);
-    const room = this.largest.pressure > 0 ? LONGEST * body.length : 0;
-    body.contact.gap.forEach((_, i) => {
-      const [x, y] = this.wall(i);
-      take(x + room * body.contact.normal[2 * i], y + room * body.contact.normal[2 * i + 1]);
-    });
-    if (body.dim === 1) {
-      take(box[0], box[1] - THICKNESS * body.length);
-      take(box[2], box[3] + THICKNESS * body.length);
-    }
-    this.box = box;
+    return this.magnification;
   }
 
-  /** The obstacle before a contact point. */
-  wall(i) {
-    const { place: x, normal, gap } = this.body.contact;
-    const m = this.magnification;
-    return [x[2 * i] + m * gap[i] * normal[2 * i], x[2 * i + 1] + m * gap[i] * normal[2 * i + 1]];
+  /** The frames around a time, and how far it is towards the second. */
+  moment() {
+    const [k, share] = place(this.frames.t, this.time);
+    return [k, Math.min(k + 1, this.frames.t.length - 1), share];
   }
 
-  /** Stress of each cell at its centre: von Mises, of a bar along it. */
-  stresses() {
-    const { stress, dim } = this.body;
-    const own = [];
-    let row = 0;
-    let at = 0;
-    for (let k = 0; k < stress.counts.length; k++) {
-      const s = [0, 0, 0, 0];
-      for (let j = 0; j < stress.counts[k]; j++) {
-        const node = stress.nodes[at++];
-        for (let c = 0; c < dim; c++, row += 4) {
-          const u = this.u[2 * node + c];
-          for (let d = 0; d < 4; d++) s[d] += stress.rows[row + d] * u;
-        }
-      }
-      const [x, y, z, xy] = s;
-      own.push(dim === 1 ? x : Math.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3 * xy * xy));
-    }
-    return own;
-  }
-
-  draw(time) {
-    this.time = time;
-    if (!this.frames) return;
-    const width = this.canvas.clientWidth || 600;
-    const [a, b, c, d] = this.box;
-    const height = Math.max(120, Math.min(440, (width * (d - b)) / (c - a || 1) + 24));
+  /** The canvas has this many pixels of the page; its own are set. */
+  size(width, height) {
     const density = window.devicePixelRatio || 1;
-    if (this.canvas.width !== Math.round(width * density) || this.canvas.height !== Math.round(height * density)) {
-      this.canvas.width = Math.round(width * density);
-      this.canvas.height = Math.round(height * density);
+    const own = [width, height].map((x) => Math.round(x * density));
+    if (this.canvas.width !== own[0] || this.canvas.height !== own[1]) {
+      [this.canvas.width, this.canvas.height] = own;
       this.canvas.style.height = `${height}px`;
     }
-    const context = this.canvas.getContext("2d");
-    context.setTransform(density, 0, 0, density, 0, 0);
-    context.clearRect(0, 0, width, height);
-    this.with(new OnCanvas(context), width, height);
+    return density;
   }
 
-  /** The view at this time as SVG. */
-  svg() {
-    const width = this.canvas.clientWidth;
-    const height = this.canvas.clientHeight;
-    const painter = new AsSvg();
-    this.with(painter, width, height);
-    return painter.parts.join("\n");
-  }
-
-  with(painter, width, height) {
-    const { body, frames, magnification: m } = this;
-    const [k, share] = place(frames.t, this.time);
-    const n = body.nodes.length;
-    const next = Math.min(k + 1, frames.t.length - 1);
-    for (let i = 0; i < n; i++) this.u[i] = (1 - share) * frames.u[k * n + i] + share * frames.u[next * n + i];
-    const [a, b, c, d] = this.box;
-    const border = 10;
-    const scale = Math.min((width - 2 * border) / (c - a || 1), (height - 2 * border) / (d - b || 1));
-    const left = (width - scale * (c - a)) / 2;
-    const below = (height - scale * (d - b)) / 2;
-    const pixel = (x, y) => [left + scale * (x - a), height - below - scale * (y - b)];
-    const moved = (i) => pixel(body.nodes[2 * i] + m * this.u[2 * i], body.nodes[2 * i + 1] + m * this.u[2 * i + 1]);
-    this.cells(painter, moved, scale);
-    for (let i = 0; i < body.sides.length; i += 2) {
-      const ends = [body.sides[i], body.sides[i + 1]].map((s) => pixel(body.nodes[2 * s], body.nodes[2 * s + 1]));
-      if (body.dim === 2) painter.line(ends, theme("--soft"), 0.7);
-    }
-    this.obstacles(painter, pixel);
-    this.forces(painter, pixel, [k, next, share]);
+  /** What is said beside the picture. */
+  say(more = "") {
+    const m = this.magnification;
     this.scale.style.visibility = this.quantity === "none" ? "hidden" : "visible";
     this.most.textContent = number(Number((this.largest[this.quantity] ?? 0).toPrecision(3)));
-    this.shown.textContent = `t = ${number(this.time)}${m === 1 ? "" : `, displacements × ${number(Number(m.toPrecision(3)))}`}`;
+    this.shown.textContent = `t = ${number(this.time)}${m === 1 ? "" : `, displacements × ${number(Number(m.toPrecision(3)))}`}${more}`;
   }
 
-  cells(painter, moved, scale) {
-    const { body } = this;
-    const size = (i) => Math.hypot(this.u[2 * i], this.u[2 * i + 1]);
-    const stresses = this.quantity === "stress" ? this.stresses() : null;
-    let at = 0;
-    for (let k = 0; k < body.corners.length; k++) {
-      const own = body.cells.subarray(at, at + body.corners[k]);
-      at += body.corners[k];
-      let value = 0;
-      if (stresses) value = Math.abs(stresses[k]) / (this.largest.stress || 1);
-      else if (this.quantity === "u") value = own.reduce((sum, i) => sum + size(i), 0) / own.length / (this.largest.u || 1);
-      const fill = this.quantity === "none" ? "#7aa6c9" : shade(value);
-      let outline = Array.from(own, moved);
-      if (body.dim === 1) {
-        const half = (THICKNESS / 2) * body.length * scale;
-        const [p, q] = outline;
-        outline = [[p[0], p[1] - half], [q[0], q[1] - half], [q[0], q[1] + half], [p[0], p[1] + half]];
-      }
-      painter.polygon(outline, fill);
-    }
+  /** Where a contact point is drawn now: the node that it lies at. */
+  touching(i) {
+    const { contact, nodes, axes } = this.body;
+    const { u } = this.frames;
+    const [k, next, share] = this.moment();
+    const at = axes * contact.node[i];
+    const [before, after] = [k, next].map((f) => f * nodes.length + at);
+    return Array.from({ length: axes }, (_, c) => nodes[at + c] + this.magnification * ((1 - share) * u[before + c] + share * u[after + c]));
   }
 
-  obstacles(painter, pixel) {
-    const { contact, length, dim } = this.body;
-    const ink = theme("--wall");
-    contact.parts.forEach((part, p) => {
-      // where two surfaces meet there is no wall
-      if (contact.meets[p]) return;
-      let places = part.map((i) => this.wall(i));
-      const normals = part.map((i) => [contact.normal[2 * i], contact.normal[2 * i + 1]]);
-      if (contact.closed[p]) {
-        places.push(places[0]);
-        normals.push(normals[0]);
+  /** Rings around the contact points that have curves, and clicks that choose others. */
+  picks(onPick) {
+    this.onPick = onPick;
+    this.rings = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    this.rings.setAttribute("class", "rings");
+    this.rings.setAttribute("aria-hidden", "true");
+    this.stage.append(this.rings);
+    this.canvas.addEventListener("click", (event) => {
+      if (this.turned?.()) return;
+      const box = this.canvas.getBoundingClientRect();
+      const at = [event.clientX - box.left, event.clientY - box.top];
+      let [found, least] = [null, REACH];
+      for (const i of this.body.contact.fronts) {
+        const [x, y] = this.pixel(this.touching(i));
+        const distance = Math.hypot(x - at[0], y - at[1]);
+        if (distance < least) [found, least] = [i, distance];
       }
-      if (places.length === 1) {
-        // a line across the normal stands for the obstacle of a point
-        const [[x, y]] = places;
-        const [nx, ny] = normals[0];
-        const half = (dim === 1 ? 0.9 * THICKNESS : 0.06) * length;
-        places = [[x - half * ny, y + half * nx], [x + half * ny, y - half * nx]];
-        normals.push(normals[0]);
-      }
-      painter.line(places.map(([x, y]) => pixel(x, y)), ink, 2);
-      for (let k = 0; k + 1 < places.length; k++) {
-        const [p, q] = [pixel(...places[k]), pixel(...places[k + 1])];
-        const strokes = Math.max(1, Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / 8));
-        const [nx, ny] = normals[k];
-        for (let s = 0; s < strokes; s++) {
-          const x = p[0] + ((q[0] - p[0]) * s) / strokes;
-          const y = p[1] + ((q[1] - p[1]) * s) / strokes;
-          painter.line([[x, y], [x + 7 * (0.77 * nx + 0.64 * ny), y - 7 * (0.77 * ny - 0.64 * nx)]], ink, 0.8);
-        }
-      }
+      if (found !== null) onPick(found);
     });
   }
 
-  forces(painter, pixel, [k, next, share]) {
-    const { contact, length } = this.body;
-    if (!(this.largest.pressure > 0)) return;
-    const n = contact.gap.length;
-    for (let i = 0; i < n; i++) {
-      const p = (1 - share) * this.frames.pressure[k * n + i] + share * this.frames.pressure[next * n + i];
-      if (!(p > 0)) continue;
-      const [x, y] = this.wall(i);
-      const size = (LONGEST * length * p) / this.largest.pressure;
-      painter.line([pixel(x, y), pixel(x + size * contact.normal[2 * i], y + size * contact.normal[2 * i + 1])], theme("--force"), 3);
-    }
+  /** Around these contact points, by colour. */
+  mark(points) {
+    this.marked = points;
+    this.paint();
+  }
+
+  drawRings() {
+    if (!this.rings) return;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.rings.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    this.rings.style.height = `${height}px`;
+    const few = this.marked.length < this.body.contact.fronts.length;
+    const ring = ([i, colour]) => {
+      const [x, y] = this.pixel(this.touching(i));
+      return `<circle cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="4.5" fill="none" stroke="${colour}" stroke-width="2"/>`;
+    };
+    this.rings.innerHTML = few ? this.marked.map(ring).join("") : "";
   }
 }

@@ -34,7 +34,8 @@ export class Diagram {
     this.svg = select(document.createElementNS("http://www.w3.org/2000/svg", "svg")).attr("role", "img").attr("aria-label", label ?? title).attr("class", "diagram");
     this.note = element("span", { class: "soft" });
     this.legend = element("div", { class: "legend" });
-    this.element = element("div", { class: "panel" }, element("div", { class: "head" }, element("h2", {}, title), this.note), this.svg.node(), this.legend);
+    this.heading = element("h2", {}, title);
+    this.element = element("div", { class: "panel" }, element("div", { class: "head" }, this.heading, this.note), this.svg.node(), this.legend);
     new ResizeObserver(() => this.resize()).observe(this.element);
   }
 

@@ -15,7 +15,7 @@ export function decode(block) {
 export function framesOf(raw) {
   const frames = { shown: raw.shown };
   for (const name of ["t", "u", "contact", "pressure", "active"]) frames[name] = decode(raw[name]);
-  if (raw.traction) frames.traction = decode(raw.traction);
+  for (const name of ["traction", "bears"]) if (raw[name]) frames[name] = decode(raw[name]);
   return frames;
 }
 

@@ -16,8 +16,9 @@ class Spectrum extends Diagram {
     super({ title: "Families", height: 380, x: "circular frequency ω", y: "energy", label: "energy of orbits against their frequency; arrow keys choose a point" });
     Object.assign(this, { families, onChoose, axis: "energy", log: true, chosen: null });
     this.tip = element("div", { class: "tip", hidden: true });
-    document.body.append(this.tip);
-    this.svg.attr("tabindex", 0).attr("role", "listbox");
+    this.element.append(this.tip);
+    // one orbit after the other, as a slider goes
+    this.svg.attr("tabindex", 0).attr("role", "slider").attr("aria-valuemin", 0);
     this.svg.on("pointermove", (event) => this.say(this.nearest(event), event)).on("pointerleave", () => (this.tip.hidden = true));
     this.svg.on("click", (event) => {
       const p = this.nearest(event);
@@ -83,7 +84,7 @@ class Spectrum extends Diagram {
     for (const p of shown) {
       const hollow = p.orbit.stable === false;
       const mark = group.append("circle").attr("class", "point").attr("cx", this.x(p.omega)).attr("cy", this.y(this.value(p))).attr("r", 4).attr("fill", hollow ? "var(--panel)" : p.of.colour).attr("stroke", p.of.colour).attr("stroke-width", 1.3).attr("fill-opacity", p.orbit.stable === null ? 0.35 : 1);
-      mark.attr("data-point", `${p.family}:${p.number}`).attr("role", "option");
+      mark.attr("data-point", `${p.family}:${p.number}`);
     }
     this.ring = group.append("circle").attr("class", "chosen").attr("r", 8).attr("visibility", "hidden");
     this.mark();
@@ -120,6 +121,9 @@ class Spectrum extends Diagram {
   choose(p, plays = true) {
     this.chosen = p;
     this.mark();
+    const all = this.visible();
+    this.svg.attr("aria-valuemax", Math.max(0, all.length - 1)).attr("aria-valuenow", Math.max(0, all.indexOf(p)));
+    this.svg.attr("aria-valuetext", `${p.of?.name ?? ""}, ω = ${number(p.omega)}${p.orbit ? `, energy ${number(p.orbit.energy)}` : ""}`);
     this.onChoose(p, plays);
   }
 
@@ -165,7 +169,7 @@ export function familySection(families) {
     page.player?.toggle(false);
     if (right.firstChild !== motion.left) right.replaceChildren(motion.left, ...motion.right.children, ...(motion.charts ?? []));
     motion.charts ??= [...right.children].slice(1);
-    page.player = motion.player;
+    Object.assign(page, { motion, player: motion.player });
     page.bodies = [motion.view].filter(Boolean);
     p.decoded ??= framesOf(p.frames);
     motion.show(p.decoded, null);

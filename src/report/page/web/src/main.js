@@ -61,6 +61,7 @@ const HELP = [
   ["← →", "a step back, on; on the diagram of families: the last, the next orbit"],
   ["Home, End", "to the start, to the end"],
   ["+ −", "faster, slower"],
+  ["body in space", "drag to turn it, with shift or the right button to move it, two fingers or the wheel (once it is clicked) to magnify it; its keys, once it is chosen: arrows, + −, 0"],
   ["T", "light, dark"],
   ["S", "what is shown as an SVG picture"],
   ["?", "this list"],

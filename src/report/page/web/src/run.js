@@ -42,5 +42,5 @@ export function runSection(raw) {
   const section = element("section", { "aria-label": raw.name }, element("div", { class: "columns" }, motion.left, motion.right));
   motion.show(framesOf(raw.motion.frames), ledger, forces);
   multipliers?.show(raw.orbit.multipliers, raw.orbit.alpha === null ? "" : " (of the self-excited system)");
-  return { section, player: motion.player, bodies: [motion.view].filter(Boolean) };
+  return { section, motion, player: motion.player, bodies: [motion.view].filter(Boolean) };
 }

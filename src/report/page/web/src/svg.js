@@ -25,13 +25,14 @@ function drawn(page) {
   const place = (box) => [box.left - own.left, box.top - own.top];
   const title = document.querySelector("h1").textContent;
   parts.push(`<text x="18" y="2" style="font-size:17px;font-weight:600;fill:${colours.getPropertyValue("--ink").trim()}">${escape(title)}</text>`);
-  for (const diagram of section.querySelectorAll("svg")) {
-    const box = diagram.getBoundingClientRect();
-    parts.push(nested(place(box), box, diagram.getAttribute("viewBox"), serialised(diagram)));
-  }
+  // rings lie on the body
   for (const body of page.bodies) {
     const box = body.canvas.getBoundingClientRect();
     if (section.contains(body.canvas)) parts.push(nested(place(box), box, `0 0 ${box.width} ${box.height}`, body.svg()));
+  }
+  for (const diagram of section.querySelectorAll("svg")) {
+    const box = diagram.getBoundingClientRect();
+    parts.push(nested(place(box), box, diagram.getAttribute("viewBox"), serialised(diagram)));
   }
   for (const words of section.querySelectorAll(WORDS)) parts.push(...written(words, place));
   const [width, height] = [own.width, own.height + 20].map((x) => x.toFixed(0));

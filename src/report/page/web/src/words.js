@@ -30,5 +30,12 @@ export function numbers(pairs) {
 /** Colours of curves, told apart by colour-blind readers as well (Okabe and Ito, brightened for dark pages). */
 export const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6BB1", "#7F7F7F"];
 
+/** A colour in numbers from 0 to 1. */
+export function rgb(colour) {
+  const hex = colour.match(/^#(..)(..)(..)$/);
+  if (hex) return hex.slice(1).map((x) => parseInt(x, 16) / 255);
+  return (colour.match(/[\d.]+/g) ?? [0, 0, 0]).slice(0, 3).map((x) => Number(x) / 255);
+}
+
 /** A colour of the page. */
 export const theme = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
