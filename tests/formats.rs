@@ -472,6 +472,29 @@ fn instances_and_ties_are_one_body() {
 }
 
 /// A brick that meshio and VTK wrote in every way they know (text, base64, appended raw and as base64, zlib or not, either order of bytes) is that of CalculiX.
+/// Bulk data of Nastran, as pyNastran wrote them: the frequencies that CalculiX printed for the deck of the same mesh.
+#[test]
+fn bulk_data_are_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = sample("brick.bdf");
+    let text = format!(
+        "[body]\nkind = 'mesh'\nfile = '{file}'\n[[material]]\ngroup = 'property 1'\nyoung = 210000.0\npoisson = 0.3\ndensity = 7.85e-9\n\
+         [[support]]\ngroup = 'spc 1'\nfix = ['x', 'y', 'z']\n[contact]\ngroup = 'set 2'\ngap = 1.0\nmethod = 'penalty'\n"
+    );
+    same_frequencies(&written(folder.path(), "bulk.toml", &text), &checks()["brick"], &file);
+    let said = json(&["inspect", &file]);
+    assert_eq!((&said["format"], &said["nodes"]), (&Value::from("bulk data"), &Value::from(16)));
+    let bytes = std::fs::read(&file).unwrap();
+    let (mut seed, mut refused) = (20261129u64, 0);
+    for _ in 0..300 {
+        if let Err(why) = signorini::problem::read_mesh(&spoilt(&bytes, &mut seed)) {
+            assert!(!why.to_string().is_empty());
+            refused += 1;
+        }
+    }
+    assert!(refused > 30, "{refused}");
+}
+
 #[test]
 fn files_of_vtk_are_meshes() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,6 +7,7 @@ use signorini::event::Silent;
 use signorini::problem::Problem;
 use signorini::scenario::Scene;
 use signorini::simulate::simulate;
+use signorini::store::Stored;
 
 fn problem(text: &str) -> (Scene, Problem) {
     let scene = Scene::parse(text, std::path::Path::new("scene.toml")).unwrap();
@@ -331,4 +332,84 @@ fn a_run_before_a_moving_obstacle_is_gone_on_with() {
         assert!((d - at).abs() < 1e-7 || d.abs() < 1e-7, "{d} {at}");
     }
     assert!(shift.iter().any(|d| (d - at).abs() < 1e-7));
+}
+
+/// What files, probes and pictures have of a support that moves: the motion of an inertial load in its frame, and the frame's.
+#[test]
+fn a_support_that_moves_is_where_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (amplitude, omega, phase) = ([0.3, 0.2], 1.4, -PI / 2.0);
+    let probes = "[[probe]]\nname = \"root\"\nat = [0.01, 0.01]\nquantities = [\"displacement\", \"velocity\", \"acceleration\", \"stress\"]\n\
+                  [[probe]]\nname = \"edge\"\nedge = \"left\"\nquantities = [\"displacement\", \"stress\"]\n";
+    let run = "[run]\nuntil = 6.0\nsamples = 60\nintegrator = \"modal\"\n";
+    let scene =
+        |rest: &str| plate("", &format!("{rest}{probes}{run}")).replace("gap = 0.4", "gap = 40.0");
+    // nothing holds the bottom: it would have to move along
+    let scene =
+        |rest: &str| scene(rest).replace("[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n", "");
+    let [x, y] = amplitude;
+    let base = format!(
+        "[[load]]\nkind = \"base\"\nedge = \"left\"\namplitude = [{x}, {y}]\nomega = {omega}\nphase = {phase}\n"
+    );
+    let w = omega * omega;
+    let inertial = format!(
+        "[[load]]\nkind = \"gravity\"\namplitude = [{}, {}]\nomega = {omega}\nphase = {phase}\n\
+         [initial]\nvelocity = [\"{}\", \"{}\"]\n",
+        w * x,
+        w * y,
+        -omega * x,
+        -omega * y
+    );
+    let stored = |name: &str, text: &str| {
+        let at = |end: &str| folder.path().join(format!("{name}.{end}"));
+        std::fs::write(at("toml"), text).unwrap();
+        let mut command = crate::common::program();
+        let done = command.arg("run").arg(at("toml")).arg("-o").arg(at("h5")).arg("-q").output();
+        assert!(done.unwrap().status.success(), "{name}");
+        Stored::read(&at("h5")).unwrap()
+    };
+    let (moved, still) = (stored("moved", &scene(&base)), stored("still", &scene(&inertial)));
+    for (row, &t) in moved.t.iter().enumerate() {
+        let s = [0, 1, 2].map(|order| match order {
+            0 => (omega * t + phase).cos(),
+            1 => -omega * (omega * t + phase).sin(),
+            _ => -w * (omega * t + phase).cos(),
+        });
+        for node in 0..moved.nodes.nrows() {
+            for (order, of) in [Stored::displacement, Stored::velocity].into_iter().enumerate() {
+                let (a, b) = (of(&moved, row, node), of(&still, row, node));
+                for c in 0..2 {
+                    let off = (a[c] - b[c] - amplitude[c] * s[order]).abs();
+                    assert!(off < 1e-8, "node {node} at {t}: {off:e}");
+                }
+            }
+        }
+        for (a, b) in moved.probes.iter().zip(&still.probes) {
+            let order = match a.quantity.name() {
+                "displacement" => Some(0),
+                "velocity" => Some(1),
+                "acceleration" => Some(2),
+                _ => None,
+            };
+            for c in 0..a.values.ncols() {
+                let frame = order.map_or(0.0, |order| amplitude[c] * s[order]);
+                let off = (a.values[(row, c)] - b.values[(row, c)] - frame).abs();
+                assert!(off < 1e-7, "{} {} at {t}: {off:e}", a.name, a.quantity.name());
+            }
+        }
+    }
+    // along a table: the spline through its points, which stored states meet
+    std::fs::write(folder.path().join("table.csv"), "0,0\n1,0.5\n2,-0.25\n4,1\n6,0\n").unwrap();
+    let table = format!(
+        "[[load]]\nkind = \"base\"\nedge = \"left\"\namplitude = [{x}, {y}]\ntable = \"table.csv\"\n"
+    );
+    let moved = stored("table", &scene(&table).replace("integrator = \"modal\"\n", ""));
+    let edge = moved.probes.iter().find(|p| p.name == "edge").unwrap();
+    for (t, value) in [(1.0, 0.5), (2.0, -0.25), (4.0, 1.0)] {
+        let row = moved.t.iter().position(|s| (s - t).abs() < 1e-9).unwrap();
+        for (c, size) in amplitude.into_iter().enumerate() {
+            assert!((edge.values[(row, c)] - size * value).abs() < 1e-12);
+            assert!((moved.displacement(row, 0)[c] - size * value).abs() < 1e-12);
+        }
+    }
 }

@@ -165,6 +165,32 @@ class Result(Group):
             return f"<{type(self).__name__}: {self._store.path} is gone, or another file>"
 
 
+def _harmonic(omega: float, phase: float, t: np.ndarray, order: int) -> np.ndarray:
+    """cos(omega t + phase), or its rate."""
+    angle = omega * t + phase
+    return -omega * np.sin(angle) if order else np.cos(angle)
+
+
+def _spline(x: np.ndarray, y: np.ndarray, t: np.ndarray, order: int) -> np.ndarray:
+    """The cubic spline through points that is straight at its ends, or its rate."""
+    h = np.diff(x)
+    slope = np.diff(y) / h
+    diagonal, rest = np.ones(len(x)), np.zeros(len(x))
+    for i in range(1, len(x) - 1):
+        share = h[i - 1] / diagonal[i - 1] if i > 1 else 0.0
+        diagonal[i] = 2 * (h[i - 1] + h[i]) - share * h[i - 1]
+        rest[i] = 6 * (slope[i] - slope[i - 1]) - share * rest[i - 1]
+    second = np.zeros(len(x))
+    for i in range(len(x) - 2, 0, -1):
+        second[i] = (rest[i] - h[i] * second[i + 1]) / diagonal[i]
+    k = np.clip(np.searchsorted(x, t, side="right") - 1, 0, len(h) - 1)
+    b = (t - x[k]) / h[k]
+    a = 1 - b
+    if order:
+        return slope[k] + h[k] / 6 * ((1 - 3 * a**2) * second[k] + (3 * b**2 - 1) * second[k + 1])
+    return a * y[k] + b * y[k + 1] + h[k] ** 2 / 6 * ((a**3 - a) * second[k] + (b**3 - b) * second[k + 1])
+
+
 class Run(Result):
     """A motion in time (``/trajectory``), its switches and its energies.
 
@@ -298,15 +324,23 @@ class Run(Result):
         return self._along_normals(self.v)
 
     def _gone(self, node: int, order: int) -> np.ndarray:
-        """Where gaps move: what a contact node has besides its stored displacement, or velocity, which is counted from there [s, dim]."""
+        """What a node has besides its stored displacement, or velocity [s, dim]: at supports that move, and where gaps move, from where it is counted there."""
         gone = np.zeros((len(self.t), self.mesh.nodes.shape[1]))
+        if "moving" in self and node in self["moving"].node:
+            moving = self["moving"]
+            own = list(moving.node).index(node)
+            for part, (omega, phase, motion) in enumerate(zip(moving.omega, moving.phase, moving.motion)):
+                course = _harmonic(omega, phase, self.t, order)
+                if np.isnan(omega):
+                    rows = moving.table_part == part
+                    course = _spline(moving.table_t[rows], moving.table_value[rows], self.t, order)
+                gone += np.outer(course, motion[own])
         if "obstacle" not in self or node not in self.mesh.contact_nodes:
             return gone
         point = list(self.mesh.contact_nodes).index(node)
         obstacle = self["obstacle"]
         for omega, phase, motion in zip(obstacle.omega, obstacle.phase, obstacle.motion):
-            angle = omega * self.t + phase
-            gone += np.outer(-omega * np.sin(angle) if order else np.cos(angle), motion[point])
+            gone += np.outer(_harmonic(omega, phase, self.t, order), motion[point])
         return gone
 
     def _at_node(self, table: np.ndarray, node: int) -> np.ndarray:

@@ -296,9 +296,39 @@ fn text(done: &[Done], others: &[Results]) -> String {
     }
     let missed = done.iter().flat_map(|d| &d.found).filter(|f| !f.passes()).count();
     let all: usize = done.iter().map(|d| d.found.len()).sum();
-    out + &format!(
-        "{all} numbers of {} benchmarks, {missed} not within their tolerance\n",
-        done.len()
+    out += &format!(
+        "{} of {}, {missed} not within their tolerance\n",
+        plural(all, "number"),
+        plural(done.len(), "benchmark"),
+    );
+    others.iter().for_each(|o| out += &verdict(done, o));
+    out
+}
+
+/// So many things.
+fn plural(n: usize, thing: &str) -> String {
+    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
+}
+
+/// What another code comes to, by the tolerances of this program's numbers.
+fn verdict(done: &[Done], other: &Results) -> String {
+    let mut all = vec![];
+    for (d, f) in done.iter().flat_map(|d| d.found.iter().map(move |f| (d, f))) {
+        let q = f.quantity;
+        let value = other.values.get(&d.benchmark.name).and_then(|v| v.get(&q.name));
+        all.extend(value.map(|x| (q.off(*x), q.off(*x) <= q.within, &d.benchmark.name, &q.name)));
+    }
+    let Some(worst) = all.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return format!("{}: no number of these benchmarks\n", other.code);
+    };
+    let within = all.iter().filter(|a| a.1).count();
+    format!(
+        "{}: {within} of {} within the tolerances of this program; farthest off by {} ({}, {})\n",
+        other.code,
+        plural(all.len(), "number"),
+        off(worst.0),
+        worst.2,
+        worst.3
     )
 }
 

@@ -1,4 +1,4 @@
-//! `signorini inspect FILE.msh`: what is in a mesh of Gmsh, in a deck of Abaqus or CalculiX, or in a file of VTK.
+//! `signorini inspect FILE.msh`: what is in a mesh of Gmsh, in a deck of Abaqus or CalculiX, in bulk data of Nastran, or in a file of VTK.
 
 use std::fmt::Write as _;
 use std::io::Read as _;
@@ -86,6 +86,7 @@ fn as_text(path: &Path, file: &File, body: Option<&Imported>, why: Option<&str>)
     let format = match file.version.as_str() {
         "deck" => "deck of Abaqus or CalculiX".to_owned(),
         "VTK" => "unstructured grid of VTK".to_owned(),
+        "bulk data" => "bulk data of Nastran".to_owned(),
         version => format!("Gmsh {version} ASCII"),
     };
     line("file", format!("{}, {format}", path.display()));

@@ -22,7 +22,7 @@ use super::{Answer, CliError, Global, load, one_picture};
 /// Arguments of `view`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The page needs no network and no other file: it can be sent to others, and be part of a paper's supplement.\n\nExample:\n  signorini view plate.h5\n  signorini view backbone.h5 hbm.h5 viscous.h5 -o compared.html\n  signorini view orbit.h5 --no-open --nodes 3,7\n  signorini view response.h5 --orbits 40\n  signorini view plate.h5 --title 'Plate 2' --text 'After the second test.'"
+    after_help = "The page needs no network and no other file: it can be sent to others, and be part of a paper's supplement. Bodies in space are turned by mouse, touch and arrow keys.\n\nExample:\n  signorini view plate.h5\n  signorini view backbone.h5 hbm.h5 viscous.h5 -o compared.html\n  signorini view orbit.h5 --no-open --nodes 3,7\n  signorini view response.h5 --orbits 40\n  signorini view plate.h5 --title 'Plate 2' --text 'After the second test.'"
 )]
 pub struct Arguments {
     /// Files of this program; several families are shown in one diagram
@@ -41,7 +41,7 @@ pub struct Arguments {
     /// first; the page lets its reader choose others]
     #[arg(long, value_delimiter = ',')]
     nodes: Vec<usize>,
-    /// Of a family: so many orbits play, evenly chosen beside the special ones [default: as many as fit a page of 14 MB]
+    /// Of a family: so many orbits play, evenly chosen, half of them special ones at the most [default: as many as fit a page of 14 MB]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     orbits: Option<u32>,
     /// Write the page, and do not show it
@@ -213,17 +213,19 @@ fn is_special(p: &PointRecord) -> bool {
     p.special != PointKind::Regular
 }
 
-/// Which points play: so many of those that have a motion, special ones first, the others evenly among them.
+/// Which points play: so many of those that have a motion, at most half of them special ones, evenly chosen.
 fn chosen(points: &[(bool, bool)], count: usize) -> Vec<bool> {
     let evenly = |from: &[usize], count: usize| -> Vec<usize> {
         let count = count.min(from.len());
-        (0..count).map(|k| from[k * from.len() / count]).collect()
+        let last = from.len().saturating_sub(1);
+        (0..count).map(|k| from[k * last / (count - 1).max(1)]).collect()
     };
     let of = |special: bool| -> Vec<usize> {
         (0..points.len()).filter(|&k| points[k] == (true, special)).collect()
     };
-    let first = evenly(&of(true), count);
-    let rest = evenly(&of(false), count - first.len());
+    let (special, regular) = (of(true), of(false));
+    let first = evenly(&special, count - regular.len().min(count / 2));
+    let rest = evenly(&regular, count - first.len());
     (0..points.len()).map(|k| first.contains(&k) || rest.contains(&k)).collect()
 }
 

@@ -136,7 +136,7 @@ impl Observer for Watch<'_> {
         let mut place = 0;
         for probe in self.system.probes.iter() {
             for quantity in &probe.quantities {
-                let values = probe.of(*quantity, [&u, &v, &a]);
+                let values = probe.of(*quantity, [&u, &v, &a], (&loads.0.carried, s.t));
                 let most = self.probes[place].iter_mut().zip(values);
                 most.for_each(|(m, x)| *m = if x.is_nan() { x } else { m.max(x.abs()) });
                 place += 1;

@@ -15,7 +15,7 @@ use crate::orbit::{OrbitError, Propagator, period_map};
 use crate::problem::Problem;
 use crate::records::{PointRecord, Solver};
 use crate::scenario::Scene;
-use crate::store::{Stored, StoredFamily, StoredSwings};
+use crate::store::{Stored, StoredFamily, StoredMoving, StoredSwings};
 
 /// The motions of a family, whose bodies (one for each damping ratio) are set up as they are needed.
 pub struct Motions<'s> {
@@ -134,6 +134,7 @@ impl<'s> Motions<'s> {
         let body = self.body(percent)?;
         body.system.loads_mut().set_frequency(point.omega);
         rest.swings = StoredSwings::of(&body.system);
+        rest.moving = StoredMoving::of(&body.system);
         match (&point.orbit, &point.series) {
             (_, Some(_)) if by_series => along_series(body, &point, states),
             (Some(_), _) => along_orbit(body, &point, states),

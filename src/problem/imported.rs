@@ -5,17 +5,18 @@ use super::form::Form;
 use super::given::folder;
 use super::materials::{body_key, generated};
 use crate::fem::{DofMap, Facing, Shape, shape};
-use crate::mesh::deck;
 use crate::mesh::gmsh::{self, File, Imported, Sides};
 use crate::mesh::vtu;
 use crate::mesh::{Block, ElementKind, Facet, Family, Mesh};
+use crate::mesh::{bulk, deck};
 use crate::scenario::{Body, ContactMethod, Issue, MassKind, Scene, State, StressKey};
 
-/// A mesh of Gmsh, a deck of Abaqus or CalculiX, or a file of VTK.
+/// A mesh of Gmsh, a deck of Abaqus or CalculiX, bulk data of Nastran, or a file of VTK.
 pub fn read(bytes: &[u8]) -> Result<File, gmsh::GmshError> {
     match bytes {
         deck if deck::is_deck(deck) => deck::read(deck),
         vtk if vtu::is_vtk(vtk) => vtu::read(vtk),
+        bulk if bulk::is_bulk(bulk) => bulk::read(bulk),
         other => gmsh::read(other),
     }
 }
@@ -33,7 +34,7 @@ pub(super) fn body(
     let bytes = std::fs::read(&path).map_err(|e| {
         fault(
             e.to_string(),
-            "give a mesh of Gmsh, a deck (.inp) or a file of VTK (.vtu), relative to the scene"
+            "give a mesh of Gmsh, a deck (.inp), bulk data (.bdf) or a file of VTK (.vtu), relative to the scene"
                 .to_owned(),
         )
     })?;

@@ -41,6 +41,8 @@ pub struct Elsewhere {
     pub impulse: Option<[f64; 2]>,
     /// Largest contact force.
     pub force: Option<[f64; 2]>,
+    /// Largest change of the energy, over that at the start.
+    pub energy: Option<[f64; 2]>,
     /// Time steps of the other program.
     pub steps: u64,
     /// Seconds.
@@ -76,6 +78,9 @@ impl Elsewhere {
             let Some([own, other]) = pair else { continue };
             let difference = other / own - 1.0;
             let _ = writeln!(out, "  {name:<22}{own:>14.6e}{other:>14.6e}{difference:>+12.1e}");
+        }
+        if let Some([own, other]) = self.energy {
+            let _ = writeln!(out, "  {:<22}{own:>14.1e}{other:>14.1e}", "change of the energy");
         }
         out
     }

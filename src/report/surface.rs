@@ -67,7 +67,7 @@ impl Surface {
 }
 
 fn faces(stored: &Stored) -> Vec<Face> {
-    let touching: HashSet<usize> = (0..stored.gap.len()).map(|i| stored.nearest_node(i)).collect();
+    let touching: HashSet<usize> = stored.nodes_that_bear().into_iter().collect();
     let mut found: HashMap<Vec<usize>, Option<Face>> = HashMap::new();
     let mut order = vec![];
     for k in 0..stored.elements.nrows() {
@@ -118,7 +118,7 @@ fn sharp(faces: &[Face], at: &dyn Fn(usize) -> Point) -> HashMap<[usize; 2], boo
 
 /// Towards the eye: from the corner of the room that the contact faces most; of equals the usual one.
 pub(super) fn eye(stored: &Stored) -> Point {
-    let normals: Vec<Point> = (0..stored.gap.len()).map(|i| stored.contact_normal(i)).collect();
+    let normals: Vec<Point> = (0..stored.facing()).map(|i| stored.contact_normal(i)).collect();
     let corner = |k: usize| {
         let sign = |bit: usize| if k >> bit & 1 == 0 { 1.0 } else { -1.0 };
         unit([0.75 * sign(0), -0.6 * sign(1), 0.5 * sign(2)])

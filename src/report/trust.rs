@@ -49,6 +49,17 @@ fn meaning(beside: &Beside) -> &'static str {
     }
 }
 
+/// Which of the two bodies switches nowhere, where the other does.
+fn never_touches(trust: &Trust, k: usize) -> Option<&'static str> {
+    let is_count = |f: &&Figure| f.kind == "switches" && f.name == "number";
+    let figure = trust.figures.iter().find(is_count)?;
+    match (figure.value, figure.beside.get(k).copied().flatten()?) {
+        (own, 0.0) if own > 0.0 => Some("that body"),
+        (0.0, other) if other > 0.0 => Some("this body, other than that one,"),
+        _ => None,
+    }
+}
+
 /// What is to be said of all numbers together: the largest errors, and what hides them.
 pub fn words(trust: &Trust) -> Vec<String> {
     let mut all = vec![];
@@ -65,7 +76,14 @@ pub fn words(trust: &Trust) -> Vec<String> {
                     ": the contact takes another course, of which no order of convergence is known; both values are told, and none between them"
                 }
             };
-            all.push(format!("{}: the nodes switch in another order{rest}", beside.text));
+            let gone = never_touches(trust, k).map(|who| {
+                format!(
+                    "{}: {who} never touches; forces, impulses and times of contact mean nothing yet: refine until both touch",
+                    beside.text
+                )
+            });
+            let text = || format!("{}: the nodes switch in another order{rest}", beside.text);
+            all.push(gone.unwrap_or_else(text));
         }
         if beside.replaced == Replaced::OtherContact {
             continue;

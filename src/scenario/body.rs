@@ -38,7 +38,7 @@ pub struct Body {
     /// Thickness of a plate, or of a mesh in plane stress or strain.
     #[schemars(extend("default" = 1.0))]
     pub thickness: Option<f64>,
-    /// File of the mesh, relative to the scene: of Gmsh (4.1 or 2.2, ASCII), a deck of Abaqus or CalculiX (`.inp`), or of VTK (`.vtu`).
+    /// File of the mesh, relative to the scene: of Gmsh (4.1 or 2.2, ASCII), a deck of Abaqus or CalculiX (`.inp`), bulk data of Nastran (`.bdf`), or of VTK (`.vtu`).
     #[schemars(extend("examples" = ["meshes/bracket.msh"]))]
     pub file: Option<PathBuf>,
     /// What a mesh in the plane stands for; a mesh in space has none.
@@ -218,7 +218,7 @@ impl Body {
             return Err(Issue::new(
                 format!("{table}.file"),
                 "is missing",
-                "file = \"bracket.msh\" (Gmsh; or .inp, .vtu)",
+                "file = \"bracket.msh\" (Gmsh; or .inp, .bdf, .vtu)",
             ));
         }
         let has_thickness = matches!(self.state, Some(State::PlaneStress | State::PlaneStrain));

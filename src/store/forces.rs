@@ -19,6 +19,8 @@ pub struct ForceRecord {
     pub t: f64,
     /// `∫F dt` by trapezia over the stored states, one number an axis.
     pub impulse: Vec<f64>,
+    /// How far that over every second state is from it: more than what it is off by, where forces are smooth.
+    pub impulse_error: f64,
 }
 
 /// Maximum and impulse of forces over time, some columns a force.
@@ -33,18 +35,26 @@ fn records(
         let size = |row: usize| at(row).iter().fold(0.0f64, |m, x| m.hypot(*x));
         let rows = t.len().min(force.nrows());
         let most = (0..rows).max_by(|&a, &b| size(a).total_cmp(&size(b)));
-        let mut impulse = vec![0.0; dim];
-        for row in 1..rows {
-            let (a, b) = (at(row - 1), at(row));
-            let half = 0.5 * (t[row] - t[row - 1]);
-            impulse.iter_mut().enumerate().for_each(|(c, sum)| *sum += half * (a[c] + b[c]));
-        }
+        // over every state, over every second and the last
+        let [impulse, coarse] = [1, 2].map(|every| {
+            let chosen: Vec<usize> =
+                (0..rows).filter(|row| row % every == 0 || row + 1 == rows).collect();
+            let mut impulse = vec![0.0; dim];
+            for w in chosen.windows(2) {
+                let (a, b) = (at(w[0]), at(w[1]));
+                let half = 0.5 * (t[w[1]] - t[w[0]]);
+                impulse.iter_mut().enumerate().for_each(|(c, sum)| *sum += half * (a[c] + b[c]));
+            }
+            impulse
+        });
+        let apart = impulse.iter().zip(&coarse).fold(0.0f64, |m, (a, b)| m.hypot(a - b));
         ForceRecord {
             kind,
             group: name.clone(),
             maximum: most.map_or(0.0, size),
             t: most.map_or(f64::NAN, |row| t[row]),
             impulse,
+            impulse_error: apart,
         }
     };
     names.iter().enumerate().map(of).filter(|r| r.maximum.is_finite()).collect()

@@ -6,6 +6,7 @@ use super::bodies::{words, write_bodies, write_contact};
 use super::describe::describe;
 use super::form::write_version;
 use super::mesh::{size_of_mesh, write_mesh};
+use super::moving::write_moving;
 use super::output::{Outputs, Staged, check_room};
 use super::swings::write_swings;
 use super::{StoreError, read_text, write_text};
@@ -36,6 +37,7 @@ pub(super) fn create_file(
     write_origin(&file, scene, &options.command)?;
     write_mesh(&file, system)?;
     write_swings(&file, system)?;
+    write_moving(&file, system)?;
     let names = scene.rows.labels();
     if !names.is_empty() {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();

@@ -39,7 +39,7 @@ pub struct Kept {
     /// What tells how far parts stray.
     pub(super) excursions: Excursions,
     /// The loads, for what of them goes straight into supports.
-    loads: Arc<Loads>,
+    pub loads: Arc<Loads>,
     /// Nothing but what the contact does.
     pub(super) contact_alone: bool,
     /// In single precision.

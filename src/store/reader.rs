@@ -8,6 +8,7 @@ use ndarray::Array2;
 use super::careful::{Careful, open, reading};
 use super::columns::{ENERGY, FRICTION};
 use super::events::{point_of, read_states};
+use super::moving::{StoredMoving, read_moving};
 use super::swings::{StoredSwings, read_swings};
 use super::watched::{self, StoredProbe, columns_that_act};
 use super::{StoreError, read_text};
@@ -55,6 +56,8 @@ pub struct Stored {
     pub contact_area: Vec<f64>,
     /// What contact displacements are counted from, where gaps move.
     pub(crate) swings: StoredSwings,
+    /// What supports do that move.
+    pub(crate) moving: StoredMoving,
     /// Contact directions, one row each.
     pub contact_normals: Array2<f64>,
     /// Nodes against which the displacement of each contact point is counted, with their weights; none before rigid obstacles.
@@ -240,6 +243,7 @@ impl Stored {
             elements,
             dof_map,
             swings: read_swings(file, &contact_nodes)?,
+            moving: read_moving(file)?,
             contact_nodes,
             contact_dofs,
             // their displacements stood along the axis
@@ -443,6 +447,7 @@ impl Stored {
             (self.contact_nodes.len() == n_c, "/mesh/contact_nodes"),
             (self.contact_area.len() == n_c, "/mesh/contact_area"),
             (self.swings.fits(n_c), "/obstacle"),
+            (self.moving.fits(nodes), "/moving"),
             (self.contact_dofs.iter().all(|&i| i < n), "/mesh/contact_dofs"),
             (self.points.is_none() || self.contact_dofs.len() == n_c, "/mesh/contact_dofs"),
             (
@@ -533,16 +538,17 @@ impl Stored {
         all.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
-    /// Contact pressure of every node at stored state `row`: of points that are no nodes the mean at the nearest one; of masters
+    /// Contact pressure of every node at stored state `row`: the largest of the obstacles that it meets; of points that are no nodes the mean at the nearest one; of masters
     /// `p_j = Σ_i P_ij D_i p_i / Σ_i P_ij D_i`, for `Σ_i P_ij D_i = ∫Φ_j` over what is covered; zero off the contact.
     pub(crate) fn nodal_pressure(&self) -> impl Fn(usize) -> Vec<f64> + '_ {
-        let nearest: Vec<usize> = (0..self.gap.len()).map(|i| self.nearest_node(i)).collect();
+        // sliders have forces, and no pressure
+        let nearest: Vec<usize> = (0..self.facing()).map(|i| self.nearest_node(i)).collect();
         move |row| self.nodal_pressure_at(row, &nearest)
     }
 
     /// The nodes that can have a contact pressure, in their order.
     pub(crate) fn nodes_that_bear(&self) -> Vec<usize> {
-        let slaves = (0..self.gap.len()).map(|i| self.nearest_node(i));
+        let slaves = (0..self.facing()).map(|i| self.nearest_node(i));
         let masters = self.against.iter().flatten().map(|(node, _)| *node);
         let mut all: Vec<usize> = slaves.chain(masters).collect();
         all.sort_unstable();
@@ -554,10 +560,16 @@ impl Stored {
         let n = self.nodes.nrows();
         let (mut pressure, mut count) = (vec![0.0; n], vec![0.0; n]);
         for (i, &node) in nearest.iter().enumerate() {
-            pressure[node] += self.pressure[(row, i)];
+            let (own, at_node) = (self.pressure[(row, i)], &mut pressure[node]);
+            match self.points.is_some() {
+                true => *at_node += own,
+                false => *at_node = at_node.max(own),
+            }
             count[node] += 1.0;
         }
-        pressure.iter_mut().zip(&count).for_each(|(p, n)| *p /= f64::max(*n, 1.0));
+        if self.points.is_some() {
+            pressure.iter_mut().zip(&count).for_each(|(p, n)| *p /= f64::max(*n, 1.0));
+        }
         let (mut force, mut area) = (vec![0.0; n], vec![0.0; n]);
         for (i, masters) in self.against.iter().enumerate() {
             for &(j, weight) in masters {
@@ -712,12 +724,18 @@ impl Stored {
 
     /// Displacement of a node at stored state `row`; not numbers where it is not kept.
     pub fn displacement(&self, row: usize, node: usize) -> Point {
-        plus(&self.at_node(&self.u, row, node), &self.swings.at(node, self.time(row), 0))
+        self.of_node(&self.u, row, node, 0)
     }
 
     /// Its velocity.
     pub fn velocity(&self, row: usize, node: usize) -> Point {
-        plus(&self.at_node(&self.v, row, node), &self.swings.at(node, self.time(row), 1))
+        self.of_node(&self.v, row, node, 1)
+    }
+
+    /// What a table has of a node, and what it does besides: before a gap that moves, at a support that does.
+    fn of_node(&self, table: &Array2<f64>, row: usize, node: usize, order: u32) -> Point {
+        let (own, t) = (self.at_node(table, row, node), self.time(row));
+        plus(&plus(&own, &self.swings.at(node, t, order)), &self.moving.at(node, t, order))
     }
 
     /// Whether the file keeps the displacements of a node, as far as it moves.

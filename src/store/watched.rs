@@ -42,7 +42,9 @@ pub(super) fn values(kept: &Kept, s: &Sample) -> Vec<Vec<f64>> {
         return vec![];
     }
     let [u, v, a] = kept.at_rest(s);
-    let of = |p: &Probe| p.quantities.iter().map(|q| p.of(*q, [&u, &v, &a])).collect::<Vec<_>>();
+    let moving = (&kept.loads.carried, s.t);
+    let of_quantity = |p: &Probe, q: &Quantity| p.of(*q, [&u, &v, &a], moving);
+    let of = |p: &Probe| p.quantities.iter().map(|q| of_quantity(p, q)).collect::<Vec<_>>();
     kept.probes.iter().flat_map(of).collect()
 }
 

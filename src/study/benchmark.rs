@@ -350,9 +350,13 @@ impl Results {
             out += &format!("# {} =\n", b.name);
         }
         for b in benchmarks {
-            out += &format!("\n# {}: {}\n[values.{}]\n", b.title, b.source, b.name);
+            let about = &b.about;
+            out += &format!("\n# {}: {}\n# {about}\n", b.title, b.source);
+            out += &format!("# The scene: signorini benchmark {} --keep FOLDER\n", b.name);
+            out += &format!("[values.{}]\n", b.name);
             for q in b.quantities() {
-                out += &format!("# {:?} =    # reference {}\n", q.name, q.reference);
+                let within = format!("within {:e} here", q.within);
+                out += &format!("# {:?} =    # reference {}, {within}\n", q.name, q.reference);
             }
         }
         out

@@ -22,14 +22,15 @@ const FREQUENCIES: usize = 5;
 /// Samples of the contact force, besides those at switches.
 const SAMPLES: usize = 2000;
 
-/// What GetFEM and signorini find for a scene.
-pub(super) fn compare(bench: &Bench) -> Result<Elsewhere, CliError> {
-    let file = std::env::temp_dir().join(format!("signorini-getfem-{}.json", std::process::id()));
-    write(&file, &body(bench)?)?;
-    let answer = Peer::Getfem.ask(&file, 1)?;
+/// What another program and signorini find for a scene.
+pub(super) fn compare(peer: Peer, bench: &Bench) -> Result<Elsewhere, CliError> {
+    let name = peer.name();
+    let file = std::env::temp_dir().join(format!("signorini-{name}-{}.json", std::process::id()));
+    write(&file, &body(peer, bench)?)?;
+    let answer = peer.ask(&file, 1)?;
     let line = answer.lines().last().unwrap_or_default();
     let theirs: Value = serde_json::from_str(line)
-        .map_err(|e| CliError::Other(format!("the peer getfem answered {line}: {e}")))?;
+        .map_err(|e| CliError::Other(format!("the peer {name} answered {line}: {e}")))?;
     let number = |key: &str| theirs[key].as_f64();
     let frequencies: Vec<f64> =
         theirs["frequencies"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
@@ -38,7 +39,7 @@ pub(super) fn compare(bench: &Bench) -> Result<Elsewhere, CliError> {
     let contact = contact_of(bench)?;
     let both = |own: Option<f64>, key: &str| own.zip(number(key)).map(|(a, b)| [a, b]);
     Ok(Elsewhere {
-        program: "GetFEM".into(),
+        program: if peer == Peer::Calculix { "CalculiX" } else { "GetFEM" }.into(),
         frequencies: own.into_iter().zip(frequencies).map(|(a, b)| [a, b]).collect(),
         touch: both(contact.ends.map(|e| e[0]), "touch"),
         contact_time: contact
@@ -47,6 +48,7 @@ pub(super) fn compare(bench: &Bench) -> Result<Elsewhere, CliError> {
             .map(|(own, (touch, release))| [own[1] - own[0], release - touch]),
         impulse: both(Some(contact.impulse), "impulse"),
         force: both(Some(contact.force), "force"),
+        energy: both(Some(contact.energy), "energy"),
         steps: theirs["steps"].as_u64().unwrap_or(0),
         wall_s: [begun.elapsed().as_secs_f64(), number("wall_s").unwrap_or(f64::NAN)],
     })
@@ -57,12 +59,12 @@ fn write(path: &Path, body: &Value) -> Result<(), CliError> {
         .map_err(|e| CliError::Other(format!("{}: {e}", path.display())))
 }
 
-/// The mesh and the data, as `validate/peers/getfem_peer.py` reads them.
-fn body(bench: &Bench) -> Result<Value, CliError> {
+/// The mesh and the data, as `validate/peers/getfem_peer.py` and `calculix_peer.py` read them.
+fn body(peer: Peer, bench: &Bench) -> Result<Value, CliError> {
     let system = &bench.problem.system;
     let body = &system.body;
     let (mesh, dofs) = (&body.mesh, body.nodal_dofs());
-    let refuse = |what: &str| CliError::Input(format!("the peer getfem takes {what}"));
+    let refuse = |what: &str| CliError::Input(format!("the peer {} takes {what}", peer.name()));
     let material = match body.materials() {
         [one] if mesh.dim() > 1 => *one,
         _ => return Err(refuse("bodies of one material in the plane, around an axis or in space")),
@@ -144,6 +146,9 @@ struct Contact<'a> {
     last: Option<(f64, f64)>,
     impulse: f64,
     force: f64,
+    /// Largest change of the energy, over that at the start.
+    energy: f64,
+    start: Option<f64>,
     ends: Option<[f64; 2]>,
 }
 
@@ -155,6 +160,11 @@ impl Observer for Contact<'_> {
             self.impulse += 0.5 * (s.t - t) * (force + before);
         }
         self.force = self.force.max(force);
+        if let Some(e) = &s.energies {
+            let now = e.kinetic + e.elastic;
+            let start = *self.start.get_or_insert(now);
+            self.energy = self.energy.max((now / start - 1.0).abs());
+        }
         self.last = Some((s.t, force));
         Ok(())
     }

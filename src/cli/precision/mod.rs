@@ -23,7 +23,7 @@ use signorini::store::{Outputs, beside, replace};
 
 use super::{Answer, CliError, Global, load};
 use bench::Bench;
-use peer::Peer;
+use peer::{OF_MESHES, Peer};
 
 /// Arguments of `precision`.
 #[derive(Debug, Args)]
@@ -42,7 +42,7 @@ pub struct Arguments {
     /// How often each solution is timed (the median counts)
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     repeats: u32,
-    /// Solve the same matrices with another program in the same run (can be given more than once); getfem: the same mesh and data
+    /// Solve the same matrices with another program in the same run (can be given more than once); getfem, calculix: the same mesh and data
     #[arg(long, value_enum)]
     peer: Vec<Peer>,
     /// Leave out the Runge–Kutta steppers: the exact flows and the peers alone
@@ -164,14 +164,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     } else {
         ProgressBar::new_spinner()
     };
-    let bodies = match arguments.peer.contains(&Peer::Getfem) {
-        true => {
-            bar.set_message(Peer::Getfem.name());
-            bar.tick();
-            vec![elsewhere::compare(&bench)?]
-        }
-        false => vec![],
-    };
+    let mut bodies = vec![];
+    for peer in arguments.peer.iter().filter(|p| OF_MESHES.contains(p)) {
+        bar.set_message(peer.name());
+        bar.tick();
+        bodies.push(elsewhere::compare(*peer, &bench)?);
+    }
     let points = points(&mut bench, problem, able, arguments, &bar)?;
     bar.finish_and_clear();
     let study = Study {
@@ -224,7 +222,7 @@ fn points(
         points.push(bench.point(name, None, warm, &|| make(integrator, TIGHT))?);
     }
     judge_reference(&mut points, able);
-    for peer in arguments.peer.iter().filter(|p| **p != Peer::Getfem) {
+    for peer in arguments.peer.iter().filter(|p| !OF_MESHES.contains(p)) {
         bar.set_message(peer.name());
         bar.tick();
         if !able.is_for_peers {

@@ -28,11 +28,30 @@ pub(super) enum Peer {
     /// GetFEM, a finite element library with a contact of its own, on the same mesh and data: frequencies, time of contact, impulse; needs its Python interface
     /// (Debian: python3-getfem, python3-scipy; the interpreter is SIGNORINI_GETFEM or the distribution's)
     Getfem,
+    /// CalculiX with its own massless contact, explicit steps, on the same mesh and data (bodies in space, a consistent mass, one plane); needs ccx
+    /// (Debian: calculix-ccx; the program is SIGNORINI_CALCULIX or ccx) and Python
+    Calculix,
 }
+
+/// Peers that have the mesh and the data, not the matrices.
+pub(super) const OF_MESHES: [Peer; 2] = [Peer::Getfem, Peer::Calculix];
 
 /// A program that is named by the environment, or where `make peers` puts it.
 fn built(variable: &str, place: &str) -> Command {
     Command::new(std::env::var_os(variable).map_or_else(|| place.into(), PathBuf::from))
+}
+
+/// A script for the Python that SIGNORINI_PYTHON names, that of the folder, or that of the system.
+fn python(script: &str) -> Command {
+    let local = PathBuf::from(".venv/bin/python");
+    let python = match std::env::var_os("SIGNORINI_PYTHON") {
+        Some(p) => PathBuf::from(p),
+        None if local.exists() => local,
+        None => PathBuf::from("python3"),
+    };
+    let mut command = Command::new(python);
+    command.arg("-c").arg(script);
+    command
 }
 
 impl Peer {
@@ -43,6 +62,7 @@ impl Peer {
             Peer::Sundials => "sundials",
             Peer::Diffsol => "diffsol",
             Peer::Getfem => "getfem",
+            Peer::Calculix => "calculix",
         }
     }
 
@@ -57,23 +77,17 @@ impl Peer {
             Peer::Getfem => {
                 "install its Python interface (Debian: apt-get install python3-getfem python3-scipy) or name an interpreter that has it by SIGNORINI_GETFEM"
             }
+            Peer::Calculix => {
+                "install it (Debian: apt-get install calculix-ccx) or give the program by SIGNORINI_CALCULIX"
+            }
         }
     }
 
     /// Its program, for a problem in a file.
     fn command(self, file: &Path, repeats: u32) -> Command {
         let mut command = match self {
-            Peer::Scipy => {
-                let local = PathBuf::from(".venv/bin/python");
-                let python = match std::env::var_os("SIGNORINI_PYTHON") {
-                    Some(p) => PathBuf::from(p),
-                    None if local.exists() => local,
-                    None => PathBuf::from("python3"),
-                };
-                let mut command = Command::new(python);
-                command.arg("-c").arg(include_str!("../../../validate/peers/scipy_peer.py"));
-                command
-            }
+            Peer::Scipy => python(include_str!("../../../validate/peers/scipy_peer.py")),
+            Peer::Calculix => python(include_str!("../../../validate/peers/calculix_peer.py")),
             Peer::Sundials => built("SIGNORINI_SUNDIALS", "target/peers/sundials_peer"),
             Peer::Diffsol => built("SIGNORINI_DIFFSOL", "target/peers/diffsol_peer"),
             Peer::Getfem => {

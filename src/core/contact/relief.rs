@@ -18,15 +18,14 @@ const MODES: usize = 3;
 /// Shares of the stiffness below this are rigid motions.
 const RIGID: f64 = 1e-9;
 
-/// Circular frequency and `η` of the lowest modes of the open body; none of other bodies: reduced ones, rings, those with elements of other families or of second order.
+/// Circular frequency and `η` of the lowest modes of the open body; none of other bodies: rings, those with elements of other families or of second order.
 pub fn relief(system: &System) -> Result<Vec<(f64, f64)>, ContactError> {
     let body = &system.body;
     let materials = body.materials();
     let suits = |kind: crate::mesh::ElementKind| {
         kind.family() == Family::Cube && kind.basis() == Basis::Linear && kind.dim() > 1
     };
-    if body.reduction().is_some()
-        || materials.is_empty()
+    if materials.is_empty()
         || materials.iter().any(crate::fem::Material::is_radial)
         || body.mesh.elements().any(|e| !suits(e.kind))
         || system.n_o() > MOST
@@ -46,7 +45,8 @@ pub fn relief(system: &System) -> Result<Vec<(f64, f64)>, ContactError> {
             continue;
         }
         phase.expand(shape, &mut u);
-        let field = body.dofs.scatter(&u);
+        // of a reduced body that of its mesh
+        let field = body.nodal_dofs().scatter(&body.nodal(&u));
         let mut sum = [0.0; 2];
         for e in body.mesh.elements() {
             let x = body.mesh.corners(e);

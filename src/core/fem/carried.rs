@@ -79,6 +79,12 @@ impl Carried {
         self.motions.iter().any(|m| !m.contact.is_empty())
     }
 
+    /// Nodal fields of supports that move, with what they do in time.
+    pub fn of_supports(&self) -> impl Iterator<Item = (&Course, &[f64])> {
+        let moving = self.motions.iter().filter(|m| m.contact.is_empty());
+        moving.map(|m| (&m.course, &m.field[..]))
+    }
+
     /// Where contact displacements are counted from, with what it does in time.
     pub fn of_contact(&self) -> impl Iterator<Item = (&Course, &[f64])> {
         let moving = self.motions.iter().filter(|m| !m.contact.is_empty());

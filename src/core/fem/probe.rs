@@ -10,6 +10,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::body::Body;
+use super::carried::Carried;
 use super::element::Shape;
 use super::interpolate::{Inside, elements_at, is_between_surfaces};
 use super::load::nodal_areas;
@@ -93,10 +94,28 @@ pub struct Probe {
     pub dim: usize,
     /// Of a row of given matrices: what its direction is called.
     pub axis: Option<&'static str>,
+    /// Over displacements that are free, those of tables.
+    free: Rows,
+    /// Over those of all nodes, for supports that move.
+    nodal: Rows,
+}
+
+/// What a probe reads of displacements.
+#[derive(Debug, Clone)]
+struct Rows {
     /// `u` at the probe, a row an axis.
     motion: Csr,
     /// `σ`, a row a component; none where it is not asked for.
     stress: Csr,
+}
+
+impl Rows {
+    fn of(&self, quantity: Quantity) -> &Csr {
+        match quantity {
+            Quantity::Stress => &self.stress,
+            _ => &self.motion,
+        }
+    }
 }
 
 impl Probe {
@@ -148,25 +167,36 @@ impl Probe {
                 (weights.map(|(n, a)| (n, a / whole)).collect(), shares)
             }
         };
-        let of_axis = |c: usize| {
-            let of_node = move |&(n, w): &(usize, f64)| {
-                dofs.terms(n, c).map(move |(j, t)| (c, j, w * t)).collect::<Vec<_>>()
-            };
-            weights.iter().flat_map(of_node).collect::<Vec<_>>()
-        };
-        let motion = Csr::from_triplets(dim, dofs.n(), (0..dim).flat_map(of_axis).collect());
+        let of_axis = |c: usize| weights.iter().map(move |&(n, w)| (c, dim * n + c, w));
+        let motion: Vec<(usize, usize, f64)> = (0..dim).flat_map(of_axis).collect();
         let watches = quantities.contains(&Quantity::Stress);
         let components = Quantity::Stress.components(dim).len();
-        let entries = if watches { stress_rows(body, &shares, components) } else { vec![] };
-        let stress = Csr::from_triplets(components, dofs.n(), entries);
+        let stress = if watches { stress_rows(body, &shares, components) } else { vec![] };
+        // entries over the components of all nodes, over those that are free
+        let all = dim * mesh.n_nodes();
+        let of_free = |entries: &[(usize, usize, f64)]| -> Vec<(usize, usize, f64)> {
+            let of = |&(i, k, w): &(usize, usize, f64)| {
+                dofs.terms(k / dim, k % dim).map(move |(j, t)| (i, j, w * t)).collect::<Vec<_>>()
+            };
+            entries.iter().flat_map(of).collect()
+        };
+        let free = Rows {
+            motion: Csr::from_triplets(dim, dofs.n(), of_free(&motion)),
+            stress: Csr::from_triplets(components, dofs.n(), of_free(&stress)),
+        };
+        let nodal = Rows {
+            motion: Csr::from_triplets(dim, all, motion),
+            stress: Csr::from_triplets(components, all, stress),
+        };
         let quantities = quantities.to_vec();
-        Ok(Probe { name: name.to_owned(), quantities, dim, axis: None, motion, stress })
+        Ok(Probe { name: name.to_owned(), quantities, dim, axis: None, free, nodal })
     }
 
     /// In the coordinates of a reduced body.
     pub fn reduced(&self, reduction: &Reduction) -> Probe {
-        let [motion, stress] = [&self.motion, &self.stress].map(|rows| reduction.rows(rows));
-        Probe { motion, stress, ..self.clone() }
+        let [motion, stress] =
+            [&self.free.motion, &self.free.stress].map(|rows| reduction.rows(rows));
+        Probe { free: Rows { motion, stress }, ..self.clone() }
     }
 
     /// The components of a quantity.
@@ -174,26 +204,37 @@ impl Probe {
         self.axis.map_or_else(|| quantity.components(self.dim).to_vec(), |axis| vec![axis])
     }
 
-    /// A quantity of displacements, velocities and accelerations; not numbers where these are not known.
-    pub fn of(&self, quantity: Quantity, [u, v, a]: [&[f64]; 3]) -> Vec<f64> {
-        let (rows, x) = match quantity {
-            Quantity::Displacement => (&self.motion, u),
-            Quantity::Velocity => (&self.motion, v),
-            Quantity::Acceleration => (&self.motion, a),
-            Quantity::Stress => (&self.stress, u),
+    /// A quantity of displacements, velocities and accelerations, and of supports that move at this time; not numbers where these are not known.
+    pub fn of(
+        &self,
+        quantity: Quantity,
+        [u, v, a]: [&[f64]; 3],
+        (carried, t): (&Carried, f64),
+    ) -> Vec<f64> {
+        let (order, x) = match quantity {
+            Quantity::Displacement | Quantity::Stress => (0, u),
+            Quantity::Velocity => (1, v),
+            Quantity::Acceleration => (2, a),
         };
+        let rows = self.free.of(quantity);
         if x.is_empty() {
             return vec![f64::NAN; rows.n_rows()];
         }
         let mut values = vec![0.0; rows.n_rows()];
         rows.mul(x, &mut values);
+        let mut own = vec![0.0; values.len()];
+        for (course, field) in carried.of_supports() {
+            let s = course.at(t, order);
+            self.nodal.of(quantity).mul(field, &mut own);
+            values.iter_mut().zip(&own).for_each(|(x, w)| *x += s * w);
+        }
         values
     }
 }
 
-/// The mean stress of places of elements, as entries of rows over `u`.
+/// The mean stress of places of elements, as entries of rows over the components of all nodes.
 fn stress_rows(body: &Body, shares: &[Share], components: usize) -> Vec<(usize, usize, f64)> {
-    let (mesh, dofs, dim) = (&body.mesh, body.nodal_dofs(), body.mesh.dim());
+    let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let whole: f64 = shares.iter().map(|(_, _, w)| w).sum();
     let mut entries = vec![];
     for (element, local, share) in shares {
@@ -201,9 +242,7 @@ fn stress_rows(body: &Body, shares: &[Share], components: usize) -> Vec<(usize, 
         let x = mesh.corners(*element);
         let rows = Shape { kind: element.kind, x: &x }.stress_rows(material, *local);
         for (i, k) in (0..components).flat_map(|i| (0..rows.ncols()).map(move |k| (i, k))) {
-            let w = share / whole * rows[(i, k)];
-            let terms = dofs.terms(element.nodes[k / dim], k % dim);
-            entries.extend(terms.map(|(j, t)| (i, j, w * t)));
+            entries.push((i, dim * element.nodes[k / dim] + k % dim, share / whole * rows[(i, k)]));
         }
     }
     entries
@@ -247,7 +286,7 @@ mod tests {
         ]);
         for (spot, p, is_point) in spots {
             let probe = Probe::new(&body, "p", &spot, &Quantity::ALL).unwrap();
-            let of = |q| probe.of(q, [&x, &x, &[]]);
+            let of = |q| probe.of(q, [&x, &x, &[]], (&Carried::default(), 0.0));
             let found = of(Quantity::Displacement);
             assert!((found[0] - u(p)[0]).abs() < 1e-14 && found[1].abs() < 1e-15, "{spot:?}");
             assert_eq!(found, of(Quantity::Velocity));

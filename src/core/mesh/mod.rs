@@ -5,6 +5,7 @@
 //! group of consecutive sides names its nodes in order.
 
 mod assembly;
+pub mod bulk;
 #[doc(hidden)]
 pub mod corner;
 pub mod deck;

@@ -11,7 +11,7 @@ use crate::mesh::reentrant::reentrant;
 use crate::mesh::slender::stiff_in_bending;
 use crate::problem::Notes;
 use crate::records::Relief;
-use crate::scenario::Scene;
+use crate::scenario::{LoadKind, Scene};
 use crate::store::ExcursionRecord;
 
 pub(crate) use json::run_json;
@@ -101,7 +101,29 @@ fn warnings(scene: &Scene, notes: &Notes, report: &Report) -> Vec<String> {
             format!("run.{key} has no effect: no Runge–Kutta method took part, and the others have no tolerance")
         }));
     }
+    warnings.extend(blows(scene));
     warnings
+}
+
+/// Supports that stand elsewhere than the body begins: it is struck at the start.
+fn blows(scene: &Scene) -> Vec<String> {
+    let initial = &scene.initial;
+    let begins = initial.mode.is_some()
+        || initial.displacement.is_some()
+        || initial.file.is_some()
+        || initial.equilibrium;
+    let bases = scene.loads.iter().enumerate().filter(|(_, l)| l.kind == LoadKind::Base && !begins);
+    let strikes = bases
+        .filter(|(_, l)| l.table.is_none() && l.omega.map_or(1.0, |_| l.phase.cos()).abs() > 1e-9);
+    strikes
+        .map(|(i, l)| {
+            format!(
+                "load[{i}]: \"{}\" stands at {} of its amplitude at t = 0 and the body at rest does not: the run begins with a blow; phase = -1.5708 begins where the body is, a table from rest, or give [initial]",
+                l.group(),
+                significant(l.omega.map_or(1.0, |_| l.phase.cos()), 3)
+            )
+        })
+        .collect()
 }
 
 /// Surfaces that slid, and parts that turned, farther than small displacements go.

@@ -394,6 +394,9 @@ fn work(out: &mut Lines, (scene, system): (&Scene, &System), report: &Report, wa
     }
 }
 
+/// Share of an impulse that is told.
+const KNOWN: f64 = 0.01;
+
 /// The largest forces of contact groups, supports and springs, with their impulses.
 fn forces(out: &mut Lines, all: &Value) {
     let number = |v: &Value| v.as_f64().unwrap_or(f64::NAN);
@@ -409,8 +412,17 @@ fn forces(out: &mut Lines, all: &Value) {
         before = kind;
         let impulse = of["impulse"].as_array().map_or(&[][..], Vec::as_slice);
         let size = impulse.iter().fold(0.0f64, |m, x| m.hypot(number(x)));
+        // as far as stored states tell
+        let error = of["impulse_error"].as_f64().unwrap_or(0.0);
+        let told = match error > KNOWN * size && size > 0.0 {
+            true => format!(
+                " to some {} % (the states that are stored are few for it: raise run.samples)",
+                significant(100.0 * error / size, 1)
+            ),
+            false => String::new(),
+        };
         let text = format!(
-            "\"{}\": at most {} (at t = {}), impulse {}",
+            "\"{}\": at most {} (at t = {}), impulse {}{told}",
             of["group"].as_str().unwrap_or_default(),
             significant(number(&of["maximum"]), 6),
             significant(number(&of["t"]), 6),

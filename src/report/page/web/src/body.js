@@ -116,7 +116,8 @@ export class BodyPanel {
   magnify() {
     const { body } = this;
     const own = (DRAWN * body.length) / (this.largest.u || body.length);
-    this.magnification = this.factor ?? (own > 1 / AS_IT_IS && own < AS_IT_IS ? 1 : own);
+    const still = this.largest.u === 0 || (own > 1 / AS_IT_IS && own < AS_IT_IS);
+    this.magnification = this.factor ?? (still ? 1 : own);
     this.magnifier.placeholder = number(Number(this.magnification.toPrecision(3)));
     return this.magnification;
   }
@@ -169,12 +170,18 @@ export class BodyPanel {
       const at = [event.clientX - box.left, event.clientY - box.top];
       let [found, least] = [null, REACH];
       for (const i of this.body.contact.fronts) {
+        if (!this.faces(i)) continue;
         const [x, y] = this.pixel(this.touching(i));
         const distance = Math.hypot(x - at[0], y - at[1]);
         if (distance < least) [found, least] = [i, distance];
       }
       if (found !== null) onPick(found);
     });
+  }
+
+  /** Whether a contact point can be seen. */
+  faces() {
+    return true;
   }
 
   /** Around these contact points, by colour. */
@@ -190,9 +197,10 @@ export class BodyPanel {
     this.rings.style.height = `${height}px`;
     const few = this.marked.length < this.body.contact.fronts.length;
     const ring = ([i, colour]) => {
-      const [x, y] = this.pixel(this.touching(i));
-      return `<circle cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="4.5" fill="none" stroke="${colour}" stroke-width="2"/>`;
+      const at = this.pixel(this.touching(i)).map((x) => x.toFixed(1));
+      const circle = (stroke, width) => `<circle cx="${at[0]}" cy="${at[1]}" r="4.5" fill="none" stroke="${stroke}" stroke-width="${width}"/>`;
+      return circle("#ffffff", 4) + circle(colour, 2);
     };
-    this.rings.innerHTML = few ? this.marked.map(ring).join("") : "";
+    this.rings.innerHTML = few ? this.marked.filter(([i]) => this.faces(i)).map(ring).join("") : "";
   }
 }

@@ -31,18 +31,20 @@ export class Camera {
 
   /** From the corner that it began at, or along an axis. */
   look(side) {
+    this.reset();
     if (SIDES[side]) this.from(...SIDES[side]);
-    else this.reset();
-    this.changed();
   }
 
+  /** `stands`: nobody has turned it since. */
   from(longitude, latitude) {
     this.longitude = longitude;
     this.latitude = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, latitude));
+    this.stands = true;
   }
 
   turn(longitude, latitude) {
     this.from(this.longitude + longitude, this.latitude + latitude);
+    this.stands = false;
     this.changed();
   }
 
@@ -58,8 +60,9 @@ export class Camera {
     return [[-s, c, 0], [-t * c, -t * s, d], [d * c, d * s, t]];
   }
 
-  /** Listen to an element. */
-  on(target) {
+  /** Listen to an element; `back` turns it as it was at first. */
+  on(target, back) {
+    this.back = back;
     target.addEventListener("pointerdown", (event) => {
       if (!this.pointers.size) this.path = 0;
       this.pointers.set(event.pointerId, [event.clientX, event.clientY]);
@@ -68,6 +71,7 @@ export class Camera {
     const up = (event) => this.pointers.delete(event.pointerId);
     target.addEventListener("pointerup", up);
     target.addEventListener("pointercancel", up);
+    target.addEventListener("lostpointercapture", up);
     target.addEventListener("pointermove", (event) => this.drag(event));
     target.addEventListener("contextmenu", (event) => event.preventDefault());
     // a page scrolls on over a body that nobody has taken hold of
@@ -96,7 +100,7 @@ export class Camera {
       const distance = ([x, y]) => Math.hypot(x - other[0], y - other[1]);
       this.shift = [this.shift[0] + dx / 2, this.shift[1] + dy / 2];
       this.magnify(distance(now) / (distance(before) || 1));
-    } else if (event.shiftKey || event.buttons & 2) {
+    } else if (event.shiftKey || event.buttons & 6) {
       this.shift = [this.shift[0] + dx, this.shift[1] + dy];
       this.changed();
     } else this.turn(-BY_PIXEL * dx, BY_PIXEL * dy);
@@ -111,7 +115,7 @@ export class Camera {
       ArrowDown: () => this.turn(0, -BY_KEY),
       "+": () => this.magnify(NEARER),
       "-": () => this.magnify(1 / NEARER),
-      0: () => this.look(""),
+      0: () => this.back(),
     };
     if (!acts[event.key]) return;
     // these keys are time's elsewhere

@@ -33,7 +33,7 @@ class Spectrum extends Diagram {
       ...this.branches.map((b) =>
         element("button", { type: "button", "aria-pressed": "true", title: "show or hide", onclick: (event) => this.hide(b, event.currentTarget) }, element("span", { class: "swatch", style: `background:${b.colour}` }), b.name),
       ),
-      element("span", {}, "filled: stable · hollow: unstable · pale: not known · crosses on the axis: no orbit"),
+      element("span", {}, `filled: stable · hollow: unstable · pale: not known · crosses on the axis: no orbit${families.some((f) => f.why) ? " · small: does not play" : ""}`),
     );
     this.points = families.flatMap((f, k) => f.points.map((p, i) => ({ ...p, family: k, number: i, of: this.branches.find((b) => b.family === k && b.branch === p.branch) ?? this.branches[0] })));
   }
@@ -83,7 +83,7 @@ class Spectrum extends Diagram {
     }
     for (const p of shown) {
       const hollow = p.orbit.stable === false;
-      const mark = group.append("circle").attr("class", "point").attr("cx", this.x(p.omega)).attr("cy", this.y(this.value(p))).attr("r", 4).attr("fill", hollow ? "var(--panel)" : p.of.colour).attr("stroke", p.of.colour).attr("stroke-width", 1.3).attr("fill-opacity", p.orbit.stable === null ? 0.35 : 1);
+      const mark = group.append("circle").attr("class", "point").attr("cx", this.x(p.omega)).attr("cy", this.y(this.value(p))).attr("r", p.frames || !this.families[p.family].why ? 4 : 2.5).attr("fill", hollow ? "var(--panel)" : p.of.colour).attr("stroke", p.of.colour).attr("stroke-width", 1.3).attr("fill-opacity", p.orbit.stable === null ? 0.35 : 1);
       mark.attr("data-point", `${p.family}:${p.number}`);
     }
     this.ring = group.append("circle").attr("class", "chosen").attr("r", 8).attr("visibility", "hidden");
@@ -134,6 +134,13 @@ class Spectrum extends Diagram {
     if (there && this.ring) this.ring.attr("cx", this.at(p)[0]).attr("cy", this.at(p)[1]);
   }
 
+  /** The orbit of the largest amplitude that plays, without playing it. */
+  begin() {
+    const all = this.visible();
+    const size = (p) => (p.frames ? (p.orbit.amplitude ?? 0) : -1);
+    if (all.length) this.choose(all.reduce((best, p) => (size(p) > size(best) ? p : best)), false);
+  }
+
   /** The next or the last orbit, in the order of its family. */
   move(sign, plays = true) {
     const all = this.visible();
@@ -161,7 +168,10 @@ export function familySection(families) {
     if (p.hbm) words.append(element("p", { class: "soft" }, `from a series of ${p.hbm.harmonics} harmonics: ${p.hbm.verdict}`));
     multipliers.show(p.orbit?.multipliers ?? [], p.orbit?.alpha === null ? "" : " (of the self-excited system)");
     if (!p.frames) {
-      words.append(element("p", { class: "soft" }, family.why ?? "Its motion is not on this page."));
+      words.append(element("p", { class: "soft" }, family.why ? `Its motion is not on this page: ${family.why}.` : "Its motion is not on this page."));
+      page.player?.toggle(false);
+      right.replaceChildren();
+      Object.assign(page, { motion: null, player: null, bodies: [] });
       return;
     }
     if (!slots.has(p.family)) slots.set(p.family, new MotionView(bodyOf(family.body), { loops: true, compact: true, rubs: p.frames.traction !== null }));
@@ -176,6 +186,6 @@ export function familySection(families) {
     motion.player.toggle(plays);
   }
   // something to look at from the start
-  requestAnimationFrame(() => spectrum.chosen ?? spectrum.move(1, false));
+  requestAnimationFrame(() => spectrum.chosen ?? spectrum.begin());
   return page;
 }

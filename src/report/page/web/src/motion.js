@@ -42,9 +42,10 @@ export class MotionView {
     // none: those that the page was written with
     this.chosen = [];
     this.chooser = element("input", { type: "text", "aria-label": "contact nodes that have curves", onchange: () => this.choose(this.named(this.chooser.value)) });
+    this.unknown = element("span", { class: "soft", "aria-live": "polite" });
     if (contact.fronts.length > 1) {
       const where = this.view ? "numbers, or click the body" : "numbers";
-      this.displacement.element.append(element("div", { class: "bar" }, element("label", {}, "curves of nodes", this.chooser), element("span", { class: "soft" }, where)));
+      this.displacement.element.append(element("div", { class: "bar" }, element("label", {}, "curves of nodes", this.chooser), element("span", { class: "soft" }, where), this.unknown));
       this.view?.picks((i) => this.choose(this.chosen.includes(i) ? this.chosen.filter((j) => j !== i) : [...this.chosen, i]));
     }
     this.map = contact.fronts.length > 1 ? new GapMap({ title: "Gap and pressure along the contact edge", x: "t", y: contact.axis, height: 190 }, seek) : null;
@@ -74,11 +75,16 @@ export class MotionView {
     this.player.seek(t[0]);
   }
 
-  /** Contact points by the names of a text. */
+  /** Contact points by the names of a text: `36`, or `wall:36` where a node meets several obstacles. */
   named(text) {
-    const wanted = text.split(/[\s,;]+/).filter(Boolean);
     const { fronts, names } = this.body.contact;
-    return fronts.filter((i) => wanted.includes(names[i]));
+    // names of groups may have spaces
+    const between = names.some((name) => name.includes(" ")) ? /[,;]+/ : /[\s,;]+/;
+    const wanted = text.split(between).map((word) => word.trim()).filter(Boolean);
+    const is = (i, word) => names[i] === word || names[i].split(":").includes(word);
+    const missing = wanted.filter((word) => !fronts.some((i) => is(i, word)));
+    this.unknown.textContent = missing.length ? `no contact node ${missing.join(", ")}` : "";
+    return fronts.filter((i) => wanted.some((word) => is(i, word)));
   }
 
   /** Curves of these contact points from now on. */

@@ -3,8 +3,8 @@
 import { BodyPanel } from "./body.js";
 import { Camera } from "./camera.js";
 import { Painter } from "./painter.js";
-import { webglOf } from "./webgl.js";
-import { element, number, rgb, theme } from "./words.js";
+import { WebGl } from "./webgl.js";
+import { element, number, rgb } from "./words.js";
 
 /** What carries no pressure. */
 const BODY = [205, 208, 214].map((x) => x / 255);
@@ -18,27 +18,24 @@ export class SolidView extends BodyPanel {
   constructor(body) {
     const label = "the deformed body in space: arrow keys turn it, plus and minus magnify it, 0 turns it back";
     const canvas = element("canvas", { role: "application", "aria-label": label, tabindex: 0, class: "turns" });
-    super(body, canvas, [["pressure", "contact pressure"], ["u", "displacement ‖u‖"], ["none", "one colour"]]);
-    this.camera = new Camera(body.solid.eye, () => this.paint());
-    this.camera.on(canvas);
-    const sides = element("select", { "aria-label": "seen from", onchange: () => this.camera.look(sides.value) }, element("option", { value: "" }, "a corner"), ...Camera.sides.map((s) => element("option", { value: s }, s)));
-    this.tools.prepend(element("label", {}, "from", sides));
-    this.bears = new Float32Array(body.nodes.length / 3);
-    this.begin();
-    // a graphics processor may be taken away, and come back
-    canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
-    canvas.addEventListener("webglcontextrestored", () => {
-      this.begin();
-      this.painter.show(this.frames);
+    super(body, canvas, [...(body.solid.bearing.length ? [["pressure", "contact pressure"]] : []), ["u", "displacement ‖u‖"], ["none", "one colour"]]);
+    this.sides = element("select", { "aria-label": "seen from", onchange: () => this.look(this.sides.value) }, element("option", { value: "" }, "a corner"), ...Camera.sides.map((s) => element("option", { value: s }, s)));
+    this.camera = new Camera(body.solid.eye, () => {
+      // the list names what it was turned to last
+      if (!this.camera.stands) this.sides.selectedIndex = -1;
       this.paint();
     });
+    this.camera.on(canvas, () => this.look(""));
+    this.tools.prepend(element("label", {}, "from", this.sides));
+    this.bears = new Float32Array(body.nodes.length / 3);
+    this.painter = new Painter(body);
+    this.processor = new WebGl(body);
     this.late = 0;
   }
 
-  begin() {
-    const painter = webglOf(this.canvas, this.body);
-    this.painter = painter ?? new Painter(this.canvas, this.body);
-    this.isPainted = painter === null;
+  /** Whether it is painted: there is no WebGL, or it is gone. */
+  get isPainted() {
+    return !this.processor.works;
   }
 
   turned() {
@@ -47,34 +44,44 @@ export class SolidView extends BodyPanel {
 
   survey() {
     this.painter.show(this.frames);
+    this.processor.show(this.frames);
+    // what nodes show, not points between them
+    for (const p of this.frames.bears ?? []) this.largest.pressure = Math.max(this.largest.pressure, p);
+    if (this.frames.bears) this.largest.pressure = this.frames.bears.reduce((m, p) => Math.max(m, p), 0);
   }
 
-  /** A ball around all places, and the magnification. */
+  /** All places that are drawn, in a box; and the magnification. */
   measure() {
-    const { nodes, solid } = this.body;
+    const { nodes } = this.body;
     const { u } = this.frames;
     const m = this.magnify();
     const [low, high] = [Array(3).fill(Infinity), Array(3).fill(-Infinity)];
-    const corner = new Camera(solid.eye, () => {}).axes();
-    // extents to the right and up as it is seen at first
-    const seen = [[Infinity, -Infinity], [Infinity, -Infinity]];
-    const take = (p) => {
-      for (let c = 0; c < 3; c++) {
-        low[c] = Math.min(low[c], p[c]);
-        high[c] = Math.max(high[c], p[c]);
-      }
-      for (let d = 0; d < 2; d++) {
-        const x = corner[d][0] * p[0] + corner[d][1] * p[1] + corner[d][2] * p[2];
-        seen[d][0] = Math.min(seen[d][0], x);
-        seen[d][1] = Math.max(seen[d][1], x);
-      }
-    };
     const n = nodes.length;
-    for (let i = 0; i < n; i += 3) take([nodes[i], nodes[i + 1], nodes[i + 2]]);
-    for (let i = 0; i < u.length; i += 3) take([0, 1, 2].map((c) => nodes[(i + c) % n] + m * u[i + c]));
+    const take = (c, x) => {
+      low[c] = Math.min(low[c], x);
+      high[c] = Math.max(high[c], x);
+    };
+    for (let i = 0; i < n; i++) take(i % 3, nodes[i]);
+    for (let i = 0; i < u.length; i++) take(i % 3, nodes[i % n] + m * u[i]);
+    this.corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((c) => ((k >> c) & 1 ? high[c] : low[c])));
     this.centre = low.map((x, c) => (x + high[c]) / 2);
     this.radius = 0.5 * Math.hypot(...low.map((x, c) => high[c] - x)) || 1;
-    this.extent = seen.map(([a, b]) => b - a || this.radius);
+    this.fit();
+  }
+
+  /** The picture is as large as the box as it is seen now. */
+  fit() {
+    const axes = this.camera.axes();
+    const along = (d) => this.corners.map((p) => axes[d].reduce((sum, a, c) => sum + a * (p[c] - this.centre[c]), 0));
+    this.extent = [0, 1].map((d) => 2 * Math.max(...along(d)) || this.radius);
+  }
+
+  /** From a side, or the corner that it began at. */
+  look(side) {
+    this.camera.look(side);
+    this.fit();
+    this.sides.value = side;
+    this.paint();
   }
 
   draw(time) {
@@ -84,7 +91,8 @@ export class SolidView extends BodyPanel {
     const height = Math.max(260, Math.min(440, (width * this.extent[1]) / this.extent[0] + 2 * BORDER));
     this.size(width, height);
     this.clock();
-    this.painter.draw(this.view(width, height));
+    const at = this.view(width, height);
+    (this.isPainted ? this.painter : this.processor).draw(this.canvas, at);
     this.say(this.told());
     this.drawRings();
   }
@@ -92,7 +100,7 @@ export class SolidView extends BodyPanel {
   /** Numbers of the picture for what draws it. */
   view(width, height) {
     const { camera, radius, extent, quantity } = this;
-    const scale = camera.zoom * Math.min((width - 2 * BORDER) / Math.max(extent[0], 1.2 * radius), (height - 2 * BORDER) / extent[1]);
+    const scale = camera.zoom * Math.min((width - 2 * BORDER) / extent[0], (height - 2 * BORDER) / extent[1]);
     const axes = camera.axes();
     this.pixel = (p) => {
       const [x, y] = [0, 1].map((d) => scale * axes[d].reduce((sum, a, c) => sum + a * (p[c] - this.centre[c]), 0));
@@ -104,16 +112,24 @@ export class SolidView extends BodyPanel {
       axes,
       quantity,
       centre: this.centre,
+      // places are of the size of one, whatever the units
+      unit: 1 / radius,
       magnified: this.magnification,
-      size: [(2 * scale) / width, (2 * scale) / height],
+      size: [(2 * scale * radius) / width, (2 * scale * radius) / height],
       shift: [(2 * camera.shift[0]) / width, (-2 * camera.shift[1]) / height],
-      depth: 0.4 / radius,
+      depth: 0.4,
       largest: this.largest[quantity] ?? 1,
       bears: quantity === "pressure" ? this.pressures(moment) : null,
       plain: quantity === "none" ? rgb("#7aa6c9") : BODY,
-      ink: rgb(theme("--wall")),
       coarse: this.isCoarse(),
     };
+  }
+
+  /** Whether a contact point faces the eye. */
+  faces(i) {
+    const { normal } = this.body.contact;
+    const eye = this.camera.axes()[2];
+    return eye.reduce((sum, a, c) => sum + a * normal[3 * i + c], 0) > 0.02;
   }
 
   /** Pressures of all nodes. */
@@ -138,14 +154,16 @@ export class SolidView extends BodyPanel {
   isCoarse() {
     clearTimeout(this.later);
     this.coarse = Boolean(this.slow) && !this.resting;
-    if (this.coarse) {
-      this.later = setTimeout(() => {
-        this.resting = true;
-        this.paint();
-        this.resting = false;
-      }, REST);
-    }
+    if (this.coarse) this.later = setTimeout(() => this.whole(() => this.paint()), REST);
     return this.coarse;
+  }
+
+  /** Do this with all triangles. */
+  whole(act) {
+    this.resting = true;
+    const done = act();
+    this.resting = false;
+    return done;
   }
 
   /** How many triangles are not drawn. */
@@ -159,7 +177,7 @@ export class SolidView extends BodyPanel {
 
   /** The view at this time in a picture of the page: as it is drawn. */
   svg() {
-    this.draw(this.time);
+    this.whole(() => this.draw(this.time));
     const { clientWidth: width, clientHeight: height } = this.canvas;
     return `<image width="${width}" height="${height}" href="${this.canvas.toDataURL("image/png")}"/>`;
   }

@@ -1,4 +1,6 @@
 // Triangles of a body in space, drawn by the graphics processor: places at the two frames around a time are mixed there.
+//
+// A browser has few contexts: all bodies of a page share one, and what it drew is copied onto the canvas of each.
 
 import { interpolateViridis } from "d3-scale-chromatic";
 import { rgb } from "./words.js";
@@ -9,15 +11,15 @@ in float bears;
 uniform mat3 turned;
 uniform vec3 centre;
 uniform vec2 size, shift;
-uniform float share, magnified, depth, nearer, largest;
+uniform float share, unit, magnified, depth, nearer, largest;
 uniform int quantity;
 out vec3 place;
 out float value;
 void main() {
   vec3 u = mix(before, after, share);
-  place = turned * (rest - centre + magnified * u);
+  place = turned * ((rest - centre) * unit + (magnified * unit) * u);
   gl_Position = vec4(place.xy * size + shift, -place.z * depth - nearer, 1.0);
-  value = quantity == 1 ? length(u) / largest : bears / largest;
+  value = quantity == 1 ? length(u / largest) : bears / largest;
 }`;
 
 const SURFACE = `#version 300 es
@@ -40,7 +42,6 @@ void main() {
 
 const LINES = `#version 300 es
 precision highp float;
-precision highp int;
 in vec3 place;
 in float value;
 uniform vec4 ink;
@@ -51,29 +52,27 @@ void main() {
 
 const QUANTITIES = { none: 0, u: 1, pressure: 2 };
 const NAMES = ["rest", "before", "after", "bears"];
+/** Lines on surfaces, which are light in every theme. */
+const INK = [0.17, 0.17, 0.19];
 
-/** Draws on a canvas; null where a browser has no WebGL 2. */
-export function webglOf(canvas, body) {
-  const gl = canvas.getContext("webgl2", { antialias: true, alpha: true });
-  return gl && new WebGl(gl, body);
-}
+/** The context of the page; null where a browser has no WebGL 2, or cannot do what is asked of it. */
+class Shared {
+  constructor() {
+    this.canvas = document.createElement("canvas");
+    // what was made before a context was lost is gone
+    this.age = 0;
+    this.canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+    this.canvas.addEventListener("webglcontextrestored", () => this.begin());
+    this.gl = this.canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.works = this.gl !== null && this.begin();
+  }
 
-class WebGl {
-  constructor(gl, { nodes, solid }) {
-    Object.assign(this, { gl, solid, count: nodes.length / 3 });
+  begin() {
+    const { gl } = this;
+    this.age += 1;
     this.surface = this.program(SURFACE);
     this.line = this.program(LINES);
-    const filled = (target, data) => {
-      const buffer = gl.createBuffer();
-      gl.bindBuffer(target, buffer);
-      gl.bufferData(target, data, gl.STATIC_DRAW);
-      return buffer;
-    };
-    this.rest = filled(gl.ARRAY_BUFFER, nodes);
-    this.moves = gl.createBuffer();
-    this.bears = gl.createBuffer();
-    const indices = (of) => ({ buffer: filled(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(of)), length: of.length });
-    this.of = Object.fromEntries(["triangles", "coarse", "lines", "edges"].map((name) => [name, indices(solid[name])]));
+    if (!this.surface || !this.line) return false;
     const colours = new Uint8Array(4 * 256);
     for (let k = 0; k < 256; k++) colours.set([...rgb(interpolateViridis(k / 255)).map((x) => Math.round(255 * x)), 255], 4 * k);
     gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
@@ -83,6 +82,7 @@ class WebGl {
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    return true;
   }
 
   program(fragment) {
@@ -90,28 +90,65 @@ class WebGl {
     const program = gl.createProgram();
     for (const [kind, source] of [[gl.VERTEX_SHADER, PLACES], [gl.FRAGMENT_SHADER, fragment]]) {
       const shader = gl.createShader(kind);
+      if (!shader) return null;
       gl.shaderSource(shader, source);
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     }
     NAMES.forEach((name, k) => gl.bindAttribLocation(program, k, name));
     gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program) ?? "no program");
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) return null;
     const uniforms = {};
     return { program, at: (name) => (uniforms[name] ??= gl.getUniformLocation(program, name)) };
+  }
+}
+
+let shared = null;
+
+/** A body as the graphics processor has it. */
+export class WebGl {
+  constructor(body) {
+    shared ??= new Shared();
+    Object.assign(this, { body, solid: body.solid, count: body.nodes.length / 3, age: 0 });
+  }
+
+  /** Whether it can draw now. */
+  get works() {
+    return shared.works && !shared.gl.isContextLost();
   }
 
   /** Displacements of all frames. */
   show({ u }) {
-    const { gl } = this;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.moves);
-    gl.bufferData(gl.ARRAY_BUFFER, u, gl.STATIC_DRAW);
+    this.u = u;
+    this.age = 0;
   }
 
-  /** One picture: `at` has the moment, the view, colours, and which triangles. */
-  draw(at) {
-    const { gl } = this;
-    gl.viewport(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight);
+  /** Buffers, where there are none of this context. */
+  prepare() {
+    if (this.age === shared.age) return;
+    const { gl } = shared;
+    const filled = (target, data) => {
+      const buffer = gl.createBuffer();
+      gl.bindBuffer(target, buffer);
+      gl.bufferData(target, data, gl.STATIC_DRAW);
+      return buffer;
+    };
+    for (const old of [this.rest, this.moves, this.bears, ...Object.values(this.of ?? {}).map((o) => o.buffer)]) if (old && gl.isBuffer(old)) gl.deleteBuffer(old);
+    this.rest = filled(gl.ARRAY_BUFFER, this.body.nodes);
+    this.moves = filled(gl.ARRAY_BUFFER, this.u);
+    this.bears = gl.createBuffer();
+    const indices = (of) => ({ buffer: filled(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(of)), length: of.length });
+    this.of = Object.fromEntries(["triangles", "coarse", "lines", "edges"].map((name) => [name, indices(this.solid[name])]));
+    this.age = shared.age;
+  }
+
+  /** One picture on a canvas: `at` has the moment, the view, colours, and which triangles. */
+  draw(canvas, at) {
+    this.prepare();
+    const { gl } = shared;
+    const [width, height] = [canvas.width, canvas.height];
+    if (shared.canvas.width !== width || shared.canvas.height !== height) Object.assign(shared.canvas, { width, height });
+    gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const frame = 12 * this.count;
@@ -128,20 +165,27 @@ class WebGl {
       gl.bufferData(gl.ARRAY_BUFFER, at.bears, gl.DYNAMIC_DRAW);
       attribute(3, this.bears, 1, 0);
     } else gl.disableVertexAttribArray(3);
-    this.pass(this.surface, at, 0);
-    gl.uniform3fv(this.surface.at("plain"), at.plain);
-    this.elements(gl.TRIANGLES, at.coarse ? "coarse" : "triangles");
+    // faces that bear contact come first; others show no pressure
+    const name = at.coarse ? "coarse" : "triangles";
+    const touching = at.quantity === "pressure" ? 3 * this.solid.touching[at.coarse ? 1 : 0] : this.of[name].length;
+    for (const [quantity, from, to] of [[at.quantity, 0, touching], ["none", touching, this.of[name].length]]) {
+      this.pass(shared.surface, { ...at, quantity }, 0);
+      gl.uniform3fv(shared.surface.at("plain"), at.plain);
+      this.elements(gl.TRIANGLES, name, from, to);
+    }
     // lines a little before the faces that they lie on
-    this.pass(this.line, at, 5e-4);
-    const { line } = this;
-    gl.uniform4fv(line.at("ink"), [0, 0, 0, 0.22]);
+    this.pass(shared.line, at, 5e-4);
+    gl.uniform4fv(shared.line.at("ink"), [0, 0, 0, 0.22]);
     this.elements(gl.LINES, "lines");
-    gl.uniform4fv(line.at("ink"), [...at.ink, 1]);
+    gl.uniform4fv(shared.line.at("ink"), [...INK, 1]);
     this.elements(gl.LINES, "edges");
+    const context = canvas.getContext("2d");
+    context.clearRect(0, 0, width, height);
+    context.drawImage(shared.canvas, 0, 0);
   }
 
   pass(program, at, nearer) {
-    const { gl } = this;
+    const { gl } = shared;
     gl.useProgram(program.program);
     const one = (name, x) => gl.uniform1f(program.at(name), x);
     gl.uniformMatrix3fv(program.at("turned"), true, at.axes.flat());
@@ -149,6 +193,7 @@ class WebGl {
     gl.uniform2fv(program.at("size"), at.size);
     gl.uniform2fv(program.at("shift"), at.shift);
     one("share", at.moment[2]);
+    one("unit", at.unit);
     one("magnified", at.magnified);
     one("depth", at.depth);
     one("nearer", nearer);
@@ -156,10 +201,9 @@ class WebGl {
     gl.uniform1i(program.at("quantity"), QUANTITIES[at.quantity]);
   }
 
-  elements(kind, name) {
-    const { gl } = this;
-    const { buffer, length } = this.of[name];
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
-    if (length) gl.drawElements(kind, length, gl.UNSIGNED_INT, 0);
+  elements(kind, name, from = 0, to = this.of[name].length) {
+    const { gl } = shared;
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.of[name].buffer);
+    if (to > from) gl.drawElements(kind, to - from, gl.UNSIGNED_INT, 4 * from);
   }
 }
