@@ -339,8 +339,8 @@ fn a_run_before_a_moving_obstacle_is_gone_on_with() {
 fn a_support_that_moves_is_where_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let (amplitude, omega, phase) = ([0.3, 0.2], 1.4, -PI / 2.0);
-    let probes = "[[probe]]\nname = \"root\"\nat = [0.01, 0.01]\nquantities = [\"displacement\", \"velocity\", \"acceleration\", \"stress\"]\n\
-                  [[probe]]\nname = \"edge\"\nedge = \"left\"\nquantities = [\"displacement\", \"stress\"]\n";
+    let probes = "[[probe]]\nname = \"root\"\nat = [0.01, 0.01]\nquantity = [\"displacement\", \"velocity\", \"acceleration\", \"stress\"]\n\
+                  [[probe]]\nname = \"edge\"\nedge = \"left\"\nquantity = [\"displacement\", \"stress\"]\n";
     let run = "[run]\nuntil = 6.0\nsamples = 60\nintegrator = \"modal\"\n";
     let scene =
         |rest: &str| plate("", &format!("{rest}{probes}{run}")).replace("gap = 0.4", "gap = 40.0");

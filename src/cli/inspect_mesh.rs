@@ -17,7 +17,7 @@ use super::{Answer, CliError, Global};
 /// Whether a file is a mesh, by its name or its first word.
 pub(crate) fn is_mesh(path: &Path) -> bool {
     let ends = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
-    let named = ends("msh") || ends("inp") || ends("vtu");
+    let named = ["msh", "inp", "bdf", "nas", "vtu"].into_iter().any(ends);
     let mut head = [0; 11];
     let read = std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut head));
     named || (read.is_ok() && &head == b"$MeshFormat")

@@ -561,10 +561,11 @@ impl Stored {
         let (mut pressure, mut count) = (vec![0.0; n], vec![0.0; n]);
         for (i, &node) in nearest.iter().enumerate() {
             let (own, at_node) = (self.pressure[(row, i)], &mut pressure[node]);
-            match self.points.is_some() {
-                true => *at_node += own,
-                false => *at_node = at_node.max(own),
-            }
+            *at_node = match self.points.is_some() {
+                true => *at_node + own,
+                false if count[node] > 0.0 => at_node.max(own),
+                false => own,
+            };
             count[node] += 1.0;
         }
         if self.points.is_some() {

@@ -195,7 +195,6 @@ mod tests {
             cross(&minus(&b, &a), &minus(&c, &a))[2] < -1e-12
         };
         assert!(!left.iter().any(down), "a triangle is turned over");
-        assert_eq!(coarsened(&both, &place, all.len()), both);
     }
 
     /// Two sheets at one place, of nodes of their own, stay two: they may move apart.
