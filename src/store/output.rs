@@ -9,7 +9,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::StoreError;
+use super::{StoreError, careful};
 
 /// How far the mark of this program is looked for.
 const MARK_WITHIN: u64 = 1 << 20;
@@ -52,7 +52,11 @@ fn is_ours(path: &Path) -> bool {
     let holds = |mark: &[u8]| start.windows(mark.len()).any(|w| w == mark);
     read.is_ok()
         && match start.get(..4) {
-            Some(b"\x89HDF") => holds(b"signorini_version"),
+            // of a large mesh the attribute may stand far behind
+            Some(b"\x89HDF") => {
+                let has_mark = |file: hdf5::File| file.attr("signorini_version").is_ok();
+                holds(b"signorini_version") || careful::open(path).is_ok_and(has_mark)
+            }
             Some(b"\x89PNG" | b"%PDF") => holds(b"signorini"),
             // nothing is lost with an empty file
             _ => start.is_empty() || holds(MARK.as_bytes()),
@@ -351,6 +355,33 @@ mod tests {
         assert!(careful.check_derived(&at("drawn.svg")).is_ok());
         assert!(matches!(careful.check_derived(&at("other.png")), Err(StoreError::Foreign(_))));
         assert!(careful.check(&at("new.h5")).is_ok());
+    }
+
+    /// The attribute of a file stands where HDF5 puts it: behind a mesh, if that was written first.
+    #[test]
+    fn the_mark_of_a_file_may_stand_far_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large.h5");
+        for is_ours in [true, false] {
+            let file = hdf5::File::create(&path).unwrap();
+            let names: Vec<String> = (0..40).map(|k| format!("attribute {k}")).collect();
+            let write = |name: &str| {
+                file.new_attr::<f64>().create(name).unwrap().write_scalar(&1.0).unwrap();
+            };
+            names.iter().for_each(|name| write(name));
+            let mesh = vec![0.5f64; 400_000];
+            file.new_dataset_builder().with_data(&mesh).create("mesh").unwrap();
+            file.flush().unwrap();
+            if is_ours {
+                write("signorini_version");
+            }
+            (40..80).for_each(|k| write(&format!("attribute {k}")));
+            drop(file);
+            let bytes = std::fs::read(&path).unwrap();
+            let place = bytes.windows(17).position(|w| w == b"signorini_version");
+            assert!(place.is_none_or(|at| at as u64 > MARK_WITHIN), "{place:?}");
+            assert_eq!(Outputs::new(true).check(&path).is_ok(), is_ours);
+        }
     }
 
     #[test]

@@ -241,7 +241,7 @@ def points(looker: Looker) -> None:
     field.press("Enter")
     heading = looker.page.locator("h2", has_text="Displacement of")
     check(heading.inner_text().startswith("Displacement of 2 of"), f"points: two by name ({heading.inner_text()})")
-    check(looker.page.locator("svg.rings circle").count() == 2, "points: they have rings on the body")
+    check(looker.page.locator("svg.rings circle[stroke-width=\"2\"]").count() == 2, "points: they have rings on the body")
     ring = looker.page.locator("svg.rings circle").first.bounding_box()
     looker.page.mouse.click(ring["x"] + ring["width"] / 2, ring["y"] + ring["height"] / 2)
     check(looker.value(f"{CHOSEN}.length") == 1, "points: a click takes one away")
