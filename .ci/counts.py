@@ -18,8 +18,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "validate/counts.toml"
-# what a count may differ by: hashes begin elsewhere in every process
-LIMIT = 0.02
+# what a count may differ by: hashes begin elsewhere in every process (2e-4 were seen), and a run that takes more than
+# ten seconds under the counter writes its file once more
+LIMIT = 0.1
 
 # the parts of the program that take the time, each on a small case: a scene with some keys changed (a minute in all, fifty times slower than without the
 # counter), and a command for it
@@ -27,9 +28,9 @@ COMMANDS = {
     "plate, Dormand-Prince": ("plate", {"integrator": '"dop853"', "elements": "[8, 4]"}, "run"),
     "plate, modes": ("plate", {"integrator": '"modal"', "elements": "[8, 4]"}, "run"),
     "plate, Chebyshev": ("plate", {"integrator": '"chebyshev"', "elements": "[8, 4]"}, "run"),
-    "half disc (mesh of Gmsh)": ("half-disc", {"until": "2.0"}, "run"),
+    "half disc (mesh of Gmsh)": ("half-disc", {"until": "0.5"}, "run"),
     "friction": ("rough-wall", {"until": "0.12", "samples": "12"}, "run"),
-    "two bodies": ("blocks", {"until": "0.8"}, "run"),
+    "two bodies": ("blocks", {"until": "0.4"}, "run"),
     "an orbit": ("half-plate-orbit", {}, "orbit --omega 1.8"),
     "a sweep": ("driven-stop", {}, "response --sweep up --range 1.0,1.02"),
     "harmonic balance": ("half-plate-orbit", {}, "backbone --method hbm --harmonics 7 --range 1.7,1.72"),
