@@ -165,6 +165,12 @@ class Result(Group):
             return f"<{type(self).__name__}: {self._store.path} is gone, or another file>"
 
 
+def _impulse(t: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """The integral of a force by trapezia, summed one after the other."""
+    steps = 0.5 * np.diff(t)[:, None] * (force[:-1] + force[1:])
+    return np.cumsum(steps, axis=0)[-1] if len(steps) else np.zeros(force.shape[1])
+
+
 def _harmonic(omega: float, phase: float, t: np.ndarray, order: int) -> np.ndarray:
     """cos(omega t + phase), or its rate."""
     angle = omega * t + phase
@@ -393,7 +399,7 @@ class Run(Result):
     @property
     def forces(self) -> np.recarray:
         """What forces of contact, supports and springs come to: table with ``kind``, ``group``,
-        ``maximum`` (largest force in magnitude, of the stored states), ``t`` (when), ``impulse`` (a list, by trapezia).
+        ``maximum`` (largest force in magnitude, of the stored states), ``t`` (when), ``impulse`` (a list, by trapezia), ``impulse_error`` (how far that over every second state is from it).
 
         Forces that nobody knows (of supports under Moreau and Jean's scheme) are left out.
         """
@@ -402,12 +408,14 @@ class Run(Result):
         for kind, name, force in ((k, name, f) for k, forces in of_kinds.items() for name, f in forces.items()):
             size = np.hypot.reduce(force, axis=1)
             last = len(size) - 1 - int(np.argmax(size[::-1]))
-            steps = 0.5 * np.diff(self.t)[:, None] * (force[:-1] + force[1:])
-            impulse = np.cumsum(steps, axis=0)[-1] if len(steps) else np.zeros(force.shape[1])
+            # over every state, over every second and the last
+            states = np.arange(len(force))
+            impulse, coarse = (_impulse(self.t[own], force[own]) for own in (states, states[(states % 2 == 0) | (states == len(states) - 1)]))
+            doubt = np.hypot.reduce(np.abs(impulse - coarse))
             if np.isfinite(size[last]):
-                rows.append((kind, name, size[last], self.t[last], impulse.tolist()))
+                rows.append((kind, name, size[last], self.t[last], impulse.tolist(), doubt))
         names = max((len(row[1]) for row in rows), default=1)
-        kinds = [("kind", "U7"), ("group", f"U{names}"), ("maximum", float), ("t", float), ("impulse", object)]
+        kinds = [("kind", "U7"), ("group", f"U{names}"), ("maximum", float), ("t", float), ("impulse", object), ("impulse_error", float)]
         return np.array(rows, dtype=kinds).view(np.recarray)
 
     @property
