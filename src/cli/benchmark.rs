@@ -45,7 +45,7 @@ struct Found<'a> {
 
 impl Found<'_> {
     fn passes(&self) -> bool {
-        self.value.as_ref().is_ok_and(|x| self.quantity.off(*x) <= self.quantity.within)
+        self.value.as_ref().is_ok_and(|x| self.quantity.accepts(*x))
     }
 }
 
@@ -316,7 +316,7 @@ fn verdict(done: &[Done], other: &Results) -> String {
     for (d, f) in done.iter().flat_map(|d| d.found.iter().map(move |f| (d, f))) {
         let q = f.quantity;
         let value = other.values.get(&d.benchmark.name).and_then(|v| v.get(&q.name));
-        all.extend(value.map(|x| (q.off(*x), q.off(*x) <= q.within, &d.benchmark.name, &q.name)));
+        all.extend(value.map(|x| (q.off(*x), q.accepts(*x), &d.benchmark.name, &q.name)));
     }
     let Some(worst) = all.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return format!("{}: no number of these benchmarks\n", other.code);

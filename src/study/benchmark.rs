@@ -233,6 +233,11 @@ impl Quantity {
     pub fn off(&self, x: f64) -> f64 {
         (x - self.reference).abs() / self.reference.abs()
     }
+
+    /// Whether a number is within the tolerance.
+    pub fn accepts(&self, x: f64) -> bool {
+        self.off(x) <= self.within
+    }
 }
 
 /// The files of a folder and of those in it, but `benchmark.toml` and what is hidden, by their names from there.

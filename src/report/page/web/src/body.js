@@ -53,7 +53,7 @@ export function bodyOf(raw) {
 
 /** Shows a body; `frames` is given by `show`. What is drawn, and how, is that of the classes below it. */
 export class BodyPanel {
-  /** `quantities`: values and words of what colours may say; `marked(i)`: the colour of a contact point that has curves. */
+  /** `quantities`: values and words of what colours may say. */
   constructor(body, canvas, quantities) {
     this.body = body;
     this.canvas = canvas;
@@ -61,7 +61,6 @@ export class BodyPanel {
     this.factor = null;
     this.time = 0;
     this.marked = [];
-    this.onPick = null;
     this.picker = element(
       "select",
       { "aria-label": "colour", onchange: () => this.paint((this.quantity = this.picker.value)) },
@@ -159,7 +158,6 @@ export class BodyPanel {
 
   /** Rings around the contact points that have curves, and clicks that choose others. */
   picks(onPick) {
-    this.onPick = onPick;
     this.rings = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     this.rings.setAttribute("class", "rings");
     this.rings.setAttribute("aria-hidden", "true");

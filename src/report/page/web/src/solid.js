@@ -46,7 +46,6 @@ export class SolidView extends BodyPanel {
     this.painter.show(this.frames);
     this.processor.show(this.frames);
     // what nodes show, not points between them
-    for (const p of this.frames.bears ?? []) this.largest.pressure = Math.max(this.largest.pressure, p);
     if (this.frames.bears) this.largest.pressure = this.frames.bears.reduce((m, p) => Math.max(m, p), 0);
   }
 
