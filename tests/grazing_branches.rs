@@ -1,7 +1,8 @@
 //! Branches of forced responses over grazings: where they are by the linear response, whether they turn there, and that no instant and no direction matters.
 
 use crate::common::{json, root};
-use nalgebra::{Complex, Matrix2, Vector2};
+use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
+use signorini::contact::System;
 use signorini::continuation::{Go, Options};
 use signorini::orbit::along::{Start, arclength};
 use signorini::orbit::settle::ladder;
@@ -143,4 +144,76 @@ fn grazings_do_not_know_the_phase_of_the_load() {
         }
     }
     assert!(common >= 3, "{omegas:?} and {others:?}");
+}
+
+/// A plate that is pulled by its contact edge: the nodes on both sides of its middle touch together.
+const PULLED: &str = "[body]\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = [10, 5]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+    [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[contact]\nedge = 'right'\ngap = 0.3\nMETHOD\n[damping]\nratio = 0.02\nmode = 2\n\
+    [[load]]\nkind = 'traction'\nedge = 'right'\namplitude = [0.02, 0.0]\nomega = 1.6\n[run]\nperiods = 1\n";
+
+/// How far the linear response of a body comes to its obstacle at a frequency: the greatest of its contact displacements over their gaps, by the equations of the open body.
+fn reach(system: &mut System, omega: f64) -> f64 {
+    system.loads_mut().set_frequency(omega);
+    let (phase, n) = (system.open_phase(), system.n_o());
+    let (stiffness, mass) = phase.matrices();
+    let damping = system.damping.unwrap();
+    let mut z = DMatrix::<Complex<f64>>::zeros(n, n);
+    let of_k = Complex::new(1.0, omega * damping.beta);
+    let of_m = Complex::new(-omega * omega, omega * damping.alpha);
+    stiffness.triplets().for_each(|(i, j, k)| z[(i, j)] += of_k * k);
+    mass.triplets().for_each(|(i, j, m)| z[(i, j)] += of_m * m);
+    let load = &system.loads.harmonics[0];
+    let force = phase.reduce(&load.force).into_iter().map(|f| Complex::from(f * load.size()));
+    let u = z.lu().solve(&DVector::from_iterator(n, force)).unwrap();
+    // real and imaginary parts of what follows; the load itself moves the contact in its own phase
+    let part = |of: &dyn Fn(&Complex<f64>) -> f64| -> Vec<f64> {
+        let mut full = vec![0.0; system.n()];
+        phase.expand(&u.iter().map(of).collect::<Vec<f64>>(), &mut full);
+        full[n..].to_vec()
+    };
+    let mut own = vec![0.0; system.n()];
+    phase.expand_displacement(0.0, &vec![0.0; n], &mut own);
+    let (re, im) = (part(&|u| u.re), part(&|u| u.im));
+    let heights = (0..re.len()).map(|i| (re[i] + own[n + i]).hypot(im[i]));
+    heights.fold(0.0, f64::max) / 0.3
+}
+
+/// Contact begins and ends on the branch where the linear response reaches the gap, at two nodes together, and at no other place on it; where it ends the frequency turns back, or has
+/// done so right before. Nothing of it is a fold where nothing touches.
+#[test]
+fn nodes_that_touch_together_are_told_together() {
+    for (method, folds) in [("", 1), ("method = 'mass-redistribution'", 2)] {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, out) = (folder.path().join("scene.toml"), folder.path().join("out.h5"));
+        let text = PULLED.replace("METHOD", method);
+        std::fs::write(&file, &text).unwrap();
+        let [path, out] = [&file, &out].map(|p| p.to_str().unwrap());
+        let found = json(&["response", path, "-o", out, "--range", "1.5,1.7"]);
+        let points = found["points"].as_array().unwrap();
+        let told: Vec<(f64, &str)> = points
+            .iter()
+            .map(|p| (p["omega"].as_f64().unwrap(), p["special"].as_str().unwrap()))
+            .filter(|(_, special)| special.starts_with("border") || *special == "fold")
+            .collect();
+        let borders: Vec<_> = told.iter().filter(|t| t.1.starts_with("border")).collect();
+        assert_eq!(borders.len(), 6, "{told:?}");
+        assert_eq!(told.len() - borders.len(), folds, "{told:?}");
+        for (pair, border) in
+            ["62 63", "61 64", "60 65", "60 65", "61 64", "62 63"].iter().zip(&borders)
+        {
+            assert!(border.1.contains("together"), "{border:?}");
+            assert!(pair.split(' ').all(|node| border.1.contains(node)), "{border:?}");
+        }
+        let scene = Scene::parse(&text, &file).unwrap();
+        let mut system = Problem::new(&scene, None).unwrap().system.clone();
+        for (mut low, mut high, border) in [(1.5, 1.58, borders[0]), (1.7, 1.6, borders[5])] {
+            for _ in 0..50 {
+                let middle = 0.5 * (low + high);
+                if reach(&mut system, middle) < 1.0 { low = middle } else { high = middle }
+            }
+            assert!((border.0 / low - 1.0).abs() < 1e-9, "{border:?} {low}");
+        }
+        let turns = borders[5].1.ends_with("turns back");
+        assert_eq!(turns, folds == 1, "{told:?}");
+    }
 }

@@ -481,7 +481,8 @@ fn touches_are_found_beside_phases_of_no_length() {
         for phase in 0..=times.len() {
             let to = PointState::of_contact(!sets[phase].touches(point));
             for near in [0.0, times[0] * orbit.omega() / (0.5 * TAU), 1.0] {
-                let border = Border::Touch { phase, point, to, near, what: String::new() };
+                let border =
+                    Border::Touch { phase, point, to, near, together: vec![], what: String::new() };
                 let margin = family.margin(&x, &border).unwrap();
                 assert!(margin.is_finite(), "{phase} {near}");
             }

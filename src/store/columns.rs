@@ -300,7 +300,7 @@ pub(super) static FAMILY_GRAZINGS: &[Column<GrazingRow>] = &[
     Column::new("grazings/omega", "1/time", GRAZING, "circular frequency of each grazing of a branch", Get::Number(|g| g.omega)),
     Column::new("grazings/branch", "number", GRAZING, "its branch", Get::Whole(|g| g.branch)),
     Column::new("grazings/point", "row of /backbone", GRAZING, "its point", Get::Whole(|g| g.point)),
-    Column::new("grazings/node", "mesh node", GRAZING, "mesh node that grazes", Get::Whole(|g| g.grazing.node as i64)),
+    Column::new("grazings/node", "mesh node", GRAZING, "mesh node that grazes; where several do together a row for each", Get::Whole(|g| g.grazing.node as i64)),
     Column::new("grazings/kind", "words", GRAZING, "closing or opening", Get::Words(32, |g| g.grazing.visit().into())),
     Column::new("grazings/turns", "1 = it does", GRAZING, "whether the frequency of the branch turns back there", Get::Whole(|g| g.grazing.turns.into())),
     Column::new("grazings/multiplier", "1", GRAZING, "largest modulus of a multiplier at the next orbit behind it", Get::Number(|g| g.multiplier)),

@@ -39,9 +39,13 @@ pub(super) fn write_grazings(file: &hdf5::File, points: &[Passage]) -> Result<()
         after.filter(is_orbit).min_by_key(|q| q.index).map_or(f64::NAN, |q| q.multiplier)
     };
     let rows: Vec<GrazingRow> = grazings
-        .map(|(row, p, grazing)| {
+        .flat_map(|(row, p, grazing)| {
             let (branch, point, multiplier) = (p.branch as i64, row as i64, behind(p));
-            GrazingRow { omega: p.omega, branch, point, grazing, multiplier }
+            let of_node = |node: usize| {
+                let grazing = GrazingRecord { node, ..grazing.clone() };
+                GrazingRow { omega: p.omega, branch, point, grazing, multiplier }
+            };
+            grazing.nodes().map(of_node).collect::<Vec<_>>()
         })
         .collect();
     if rows.is_empty() {

@@ -304,7 +304,10 @@ fn along<F: OrbitFamily<Border = Border>>(
         let mut visit = |family: &mut F, p: &continuation::Point<Chain, Border>| {
             let at = p.x[p.x.len() - 1];
             let orbit = family.orbit(&p.x)?;
-            if memory.is_doubling(&orbit, matches!(p.special, Some(Special::Fold))) {
+            if memory.is_doubling(
+                &orbit,
+                matches!(p.special, Some(Special::Fold | Special::Corner { .. })),
+            ) {
                 let why = format!(
                     "meets the orbits of one period of the loads at omega = {at:.8}: a period doubling"
                 );

@@ -27,6 +27,8 @@ pub enum Border {
         to: PointState,
         /// Where, as a fraction of the time to the end.
         near: f64,
+        /// Other points that graze with it.
+        together: Vec<usize>,
         /// In words.
         what: String,
     },
@@ -40,6 +42,19 @@ impl Border {
             Border::Touch { point, to, .. } => Some((*point, *to)),
         }
     }
+
+    /// Contact points that graze with it.
+    fn together(&self) -> &[usize] {
+        match self {
+            Border::Phase { .. } => &[],
+            Border::Touch { together, .. } => together,
+        }
+    }
+
+    /// All contact points that graze there.
+    pub(super) fn points(&self) -> impl Iterator<Item = usize> {
+        self.grazing().map(|(point, _)| point).into_iter().chain(self.together().iter().copied())
+    }
 }
 
 impl Border {
@@ -47,8 +62,10 @@ impl Border {
     pub(super) fn kind(&self, turns: bool, system: &System) -> PointKind {
         match self.grazing() {
             Some((point, to)) => {
-                let (node, opening) = (system.constraints[point].node, to == PointState::Open);
-                PointKind::Grazing(GrazingRecord { node, opening, turns })
+                let node = |point: usize| system.constraints[point].node;
+                let (opening, together) = (to == PointState::Open, self.together());
+                let together = together.iter().map(|p| node(*p)).collect();
+                PointKind::Grazing(GrazingRecord { node: node(point), opening, turns, together })
             }
             None => PointKind::Border(self.to_string()),
         }

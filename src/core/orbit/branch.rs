@@ -98,6 +98,12 @@ pub(crate) fn kind_of<B>(
         Special::Start => PointKind::Start,
         Special::End => PointKind::EndOfRange,
         Special::Fold => PointKind::Fold,
+        Special::Corner { located: true } => {
+            PointKind::Border("a corner, the frequency turns back".into())
+        }
+        Special::Corner { located: false } => {
+            PointKind::Border("a corner near here, the frequency turns back".into())
+        }
         Special::BranchPoint => PointKind::BranchPoint,
         Special::Border { border, turns } => of_border(border, *turns),
         Special::Stability(before, after) => {

@@ -571,6 +571,7 @@ impl<'a> Curve<'a> {
         match special {
             Special::Start => Some(CurvePointKind::Start),
             Special::End => Some(CurvePointKind::EndOfRange),
+            Special::Corner { .. } => Some(CurvePointKind::Turn),
             Special::Fold => {
                 let c = p.place.tangent.iter().zip(self.weights(&p.x));
                 let c: Vec<f64> = c.map(|(t, w)| t * w).collect();

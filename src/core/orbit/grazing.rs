@@ -15,17 +15,23 @@ use super::segments::Segments;
 use super::shooting::Closure;
 use super::touch::Minima;
 use super::{OrbitError, tolerate};
-use crate::contact::PointState;
+use crate::contact::{PointState, States};
 use crate::continuation::{Family, Place, correct, dot, tangent};
 
 /// Misses within so many units of length, and visits of so much of the period, may become grazings nearby.
 const NEARBY: f64 = 0.05;
+/// Visits of so much of the period may be those that a step lost.
+const LOST: f64 = 0.2;
 /// So many of them are tried, the nearest first.
 const MOST: usize = 4;
-/// Contacts whose distances from grazing differ by less, relative, graze together: of a symmetric body.
+/// Contacts whose distances from grazing differ by less, relative, graze together: of a symmetric body. Visits whose ends differ by less of their duration are one.
 const TOGETHER: f64 = 1e-3;
+/// Times that differ by less, over the period, are one time of contacts that graze together.
+const AT_ONCE: f64 = 1e-9;
 /// The middle of the same visit in another reading of the motion, over the period.
 const SAME: f64 = 5e-3;
+/// Visits below this, over the period, are what rounding errors make of a grazing.
+const MOMENT: f64 = 1e-6;
 /// How often the sequence of switches is read anew on the way to a grazing.
 const READINGS: usize = 4;
 /// A grazing lies ahead if the way to it has at least this cosine with the branch, or is this short.
@@ -62,18 +68,21 @@ pub(super) struct Ghost {
 impl Ghost {
     /// The border that it is.
     pub fn border(&self) -> Border {
-        self.group[0].touch(0)
+        let points: Vec<usize> = self.group.iter().flat_map(Candidate::points).collect();
+        let first = &self.group[0];
+        let what = format!("contact point {} grazes", first.point());
+        let (point, to, near) = (first.point(), first.to(), first.near);
+        Border::Touch { phase: 0, point, to, near, together: points[1..].to_vec(), what }
     }
 }
 
-/// A contact point that may graze near an orbit.
+/// A contact point that may graze near an orbit, or several that do at one instant.
 #[derive(Debug, Clone)]
 pub(super) struct Candidate {
     /// How far from it, as a depth over the unit of length.
     distance: f64,
-    point: usize,
-    /// The state of the visit.
-    to: PointState,
+    /// The points, with the state of the visit.
+    visit: Vec<(usize, PointState)>,
     /// Its middle, as a fraction of the time to the end.
     near: f64,
     /// Whether the orbit has the visit.
@@ -81,15 +90,95 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// The contact point.
+    /// The contact point, of several the first.
     pub fn point(&self) -> usize {
-        self.point
+        self.visit[0].0
     }
 
-    fn touch(&self, phase: usize) -> Border {
-        let what = format!("contact point {} grazes", self.point);
-        Border::Touch { phase, point: self.point, to: self.to, near: self.near, what }
+    /// The state of its visit.
+    fn to(&self) -> PointState {
+        self.visit[0].1
     }
+
+    fn points(&self) -> impl Iterator<Item = usize> {
+        self.visit.iter().map(|(point, _)| *point)
+    }
+}
+
+/// A visit in a chart: of points that come and leave at one instant each, with no other switch in between.
+#[derive(Debug)]
+struct Visit {
+    /// Its first switch and its last one.
+    switches: (usize, usize),
+    /// The active set during it.
+    inside: usize,
+    /// When it begins and ends.
+    span: (f64, f64),
+}
+
+impl Visit {
+    fn duration(&self) -> f64 {
+        self.span.1 - self.span.0
+    }
+
+    fn middle(&self) -> f64 {
+        0.5 * (self.span.0 + self.span.1)
+    }
+}
+
+/// The visits of a chart that are no longer than `longest`; where several points come and leave together, all of them are one.
+fn visits(chain: &Chain, times: &[f64], longest: f64) -> Vec<Visit> {
+    let of = |a: usize, b: usize| {
+        let span = (times[a], times[b]);
+        let tolerance = TOGETHER * (span.1 - span.0);
+        let come = (a..b).take_while(|&j| times[j] - span.0 <= tolerance).count();
+        let leave = (a + 1..=b).rev().take_while(|&j| span.1 - times[j] <= tolerance).count();
+        // of no duration at all: every switch is near both ends
+        let come = if span.0 == span.1 { (b + 1 - a) / 2 } else { come };
+        let is_one = (come + leave > b - a) && chain.sets[a] == chain.sets[b + 1];
+        is_one.then_some(Visit { switches: (a, b), inside: a + come, span })
+    };
+    let mut found: Vec<Visit> = vec![];
+    for a in 0..times.len() {
+        let within = (a + 1..times.len()).take_while(|&b| times[b] - times[a] <= longest);
+        let Some(visit) = within.filter_map(|b| of(a, b)).last() else { continue };
+        // what lies inside of another is a part of it
+        if found.last().is_none_or(|last| last.switches.1 < visit.switches.1) {
+            found.push(visit);
+        }
+    }
+    found
+}
+
+/// Whether switch `j` of a point is one end of a visit that rounding errors make of a grazing.
+fn is_moment(chain: &Chain, times: &[f64], (j, point): (usize, usize), end: f64) -> bool {
+    let at = |k: usize| chain.sets[k].at(point);
+    let is_switch = |k: &usize| at(*k) != at(k + 1);
+    let ends = |a: usize, b: usize| times[b] - times[a] <= MOMENT * end && at(a) == at(b + 1);
+    let before = (0..j).rev().find(is_switch).is_some_and(|k| ends(k, j));
+    let after = (j + 1..times.len()).find(is_switch).is_some_and(|k| ends(j, k));
+    is_switch(&j) && (before || after)
+}
+
+/// A chart without the switches that `is_gone` tells of, by their number and point.
+fn thinned(
+    chain: &Chain,
+    times: &[f64],
+    is_gone: impl Fn(usize, usize) -> bool,
+) -> (Chain, Vec<f64>) {
+    let mut set = chain.sets[0].clone();
+    let (mut sets, mut points, mut left) = (vec![set.clone()], vec![], vec![]);
+    for (j, pair) in chain.sets.windows(2).enumerate() {
+        let stay: Vec<_> =
+            pair[0].changes(&pair[1]).filter(|(point, ..)| !is_gone(j, *point)).collect();
+        let Some(&(first, ..)) = stay.first() else { continue };
+        stay.iter().for_each(|&(point, _, to)| set.set(point, to));
+        let told = stay.iter().find(|change| change.0 == chain.points[j]).map_or(first, |c| c.0);
+        sets.push(set.clone());
+        points.push(told);
+        left.push(times[j]);
+    }
+    (Chain { sets, points, struck: vec![] }, left)
 }
 
 /// Where a branch comes from, and in which metric it is measured.
@@ -132,9 +221,8 @@ pub(super) fn ahead(
 ) -> Result<Vec<Ghost>, OrbitError> {
     let mut search = Search::new(body, closure);
     let Some(x) = search.read(&coming.place.x)? else { return Ok(vec![]) };
-    let mut candidates = search.candidates(&x)?;
-    candidates.retain(|c| is_asked(c.point));
-    candidates.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    let mut candidates = search.candidates(&x, LOST)?;
+    candidates.retain(|c| c.points().any(&is_asked));
     let is_together = |a: &Candidate, b: &Candidate| {
         a.is_visit == b.is_visit && b.distance - a.distance <= TOGETHER * a.distance
     };
@@ -172,13 +260,12 @@ pub(super) fn bare(
 ) -> Result<Option<(Candidate, Chain, Vec<f64>)>, OrbitError> {
     let mut search = Search::new(body, closure);
     let Some(x) = search.read(of_map)? else { return Ok(None) };
-    let mut candidates = search.candidates(&x)?;
+    let mut candidates = search.candidates(&x, NEARBY)?;
     let apart = |a: f64, b: f64| (a - b - (a - b).round()).abs();
     candidates.retain(|c| {
-        point.is_none_or(|p| p == c.point)
-            && last.is_none_or(|l| l.to == c.to && apart(l.near, c.near) < NEARBY)
+        point.is_none_or(|p| c.points().any(|q| q == p))
+            && last.is_none_or(|l| l.to() == c.to() && apart(l.near, c.near) < NEARBY)
     });
-    candidates.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let Some(nearest) = candidates.first() else { return Ok(None) };
     let is_with =
         |c: &&Candidate| c.distance - nearest.distance <= TOGETHER * nearest.distance.abs();
@@ -231,53 +318,75 @@ impl<'a> Search<'a> {
         Ok(Some(x))
     }
 
-    /// Visits that are short, and minima of monitors that are small.
-    fn candidates(&mut self, x: &[f64]) -> Result<Vec<Candidate>, OrbitError> {
+    /// Visits of less than a share of the period, and minima of monitors that are small; the nearest first.
+    fn candidates(&mut self, x: &[f64], share: f64) -> Result<Vec<Candidate>, OrbitError> {
         let walk = self.family.walk(x)?;
         let (_, times, omega) = self.family.parts(x);
         let end = self.family.end(omega);
         let chain = self.family.chart();
         let mut found = vec![];
-        for j in (1..chain.events()).filter(|&j| chain.is_pair(j)) {
-            let duration = times[j] - times[j - 1];
-            if duration < NEARBY * end {
-                let (point, near) = (chain.points[j], 0.5 * (times[j] + times[j - 1]) / end);
-                let distance = (omega * duration).powi(2) / 8.0;
-                let to = chain.sets[j].at(point);
-                found.push(Candidate { distance, point, to, near, is_visit: true });
-            }
+        for visit in visits(&chain, times, share * end) {
+            let distance = (omega * visit.duration()).powi(2) / 8.0;
+            let (before, inside) = (&chain.sets[visit.switches.0], &chain.sets[visit.inside]);
+            // the point that the last switch is told of first
+            let told = chain.points[visit.switches.1];
+            let mut points: Vec<_> = before.changes(inside).map(|(p, _, to)| (p, to)).collect();
+            points.sort_by_key(|(p, _)| (*p != told, *p));
+            let near = visit.middle() / end;
+            found.push(Candidate { distance, visit: points, near, is_visit: true });
         }
         for ((point, to), touch) in (Minima { walk: &walk, sets: &chain.sets }).all() {
             let distance = touch.h / self.family.monitor_unit(touch.phase, point);
             if distance < NEARBY {
-                found.push(Candidate { distance, point, to, near: touch.t / end, is_visit: false });
+                let (visit, near) = (vec![(point, to)], touch.t / end);
+                found.push(Candidate { distance, visit, near, is_visit: false });
             }
         }
+        found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        // misses of several points at one instant
+        found.dedup_by(|b, a| {
+            let is_same = !a.is_visit
+                && !b.is_visit
+                && b.distance - a.distance <= TOGETHER * a.distance
+                && (b.near - a.near).abs() <= SAME;
+            if is_same {
+                a.visit.append(&mut b.visit);
+            }
+            is_same
+        });
         Ok(found)
     }
 
-    /// Which switch of the present chart ends the visit of a candidate, if the chart has it.
-    fn leaves(&self, x: &[f64], candidate: &Candidate) -> Option<usize> {
+    /// The visit of a candidate in the present chart, if the chart has it.
+    fn visit_of(&self, x: &[f64], candidate: &Candidate) -> Option<Visit> {
         let (_, times, omega) = self.family.parts(x);
         let (end, chain) = (self.family.end(omega), &self.family.chain);
-        let off = |j: usize| (0.5 * (times[j] + times[j - 1]) / end - candidate.near).abs();
-        let is_it = |&j: &usize| chain.is_pair(j) && chain.points[j] == candidate.point;
-        let nearest = (1..chain.events()).filter(is_it).min_by(|&a, &b| off(a).total_cmp(&off(b)));
-        nearest.filter(|&j| off(j) < SAME)
+        let off = |v: &Visit| (v.middle() / end - candidate.near).abs();
+        let is_it = |v: &Visit| {
+            let point = candidate.point();
+            chain.sets[v.inside].at(point) != chain.sets[v.switches.0].at(point)
+        };
+        let nearest = visits(chain, times, end).into_iter().filter(is_it);
+        nearest.min_by(|a, b| off(a).total_cmp(&off(b))).filter(|v| off(v) < SAME)
     }
 
     /// `X` in the present chart without the visits of candidates, which becomes the present one.
     fn without(&mut self, x: &[f64], group: &[Candidate]) -> Vec<f64> {
-        let mut leaves: Vec<usize> = group.iter().filter_map(|c| self.leaves(x, c)).collect();
-        leaves.sort_unstable();
-        let mut chain = self.family.chart();
+        let found: Vec<(usize, usize)> =
+            group.iter().filter_map(|c| self.visit_of(x, c)).map(|v| v.switches).collect();
         let (z, times, omega) = self.family.parts(x);
-        let mut times = times.to_vec();
-        for &j in leaves.iter().rev() {
-            chain.sets.drain(j..=j + 1);
-            chain.points.drain(j - 1..=j);
-            times.drain(j - 1..=j);
-        }
+        let end = self.family.end(omega);
+        let chain = self.family.chart();
+        let is_gone = |j: usize, point: usize| {
+            let is_of = |c: &Candidate| {
+                let is_here = (times[j] / end - c.near).abs() < SAME;
+                is_here
+                    && c.points().any(|p| p == point)
+                    && is_moment(&chain, times, (j, point), end)
+            };
+            found.iter().any(|&(a, b)| a <= j && j <= b) || group.iter().any(is_of)
+        };
+        let (chain, times) = thinned(&chain, times, is_gone);
         let x = self.family.unknowns(z, &times, omega);
         self.family.set_chart(&chain);
         x
@@ -289,9 +398,9 @@ impl<'a> Search<'a> {
         let (_, times, omega) = self.family.parts(x);
         let end = self.family.end(omega);
         let phase = times.iter().take_while(|t| **t < candidate.near * end).count();
-        let to = (candidate.point, candidate.to);
+        let to = candidate.visit[0];
         let touch = self.family.touch(&walk, phase, to, candidate.near);
-        Ok((touch.h / self.family.monitor_unit(touch.phase, candidate.point), touch.t / end))
+        Ok((touch.h / self.family.monitor_unit(touch.phase, to.0), touch.t / end))
     }
 
     /// The grazing of contacts nearest to an orbit in the present chart: Newton's method along the ghost branch for the first of them.
@@ -368,25 +477,18 @@ impl<'a> Search<'a> {
         self.family.set_chart(&ghost.chart);
         let mut x = ghost.x.clone();
         for candidate in &ghost.group {
-            let (_, times, omega) = self.family.parts(&x);
-            let instant = candidate.near * self.family.end(omega);
-            let phase = times.iter().take_while(|t| **t < instant).count();
-            let Some((chart, with)) = self.family.beyond(&x, &candidate.touch(phase)) else {
-                return Ok(None);
-            };
-            self.family.set_chart(&chart);
-            x = with;
+            x = self.with(&x, candidate);
         }
-        let Some(leaves) = self.leaves_of(&x, ghost) else { return Ok(None) };
+        let Some(found) = self.switches_of(&x, ghost) else { return Ok(None) };
         let n = self.family.closure.unknowns(self.family.body.n());
         let end = self.family.end(x[x.len() - 1]);
         for share in DURATIONS {
             let mut with = x.clone();
-            for &j in &leaves {
-                with[n + j] += 0.5 * share * end;
-                with[n + j - 1] -= 0.5 * share * end;
+            for &(a, b) in &found {
+                with[n + a] -= 0.5 * share * end;
+                with[n + b] += 0.5 * share * end;
             }
-            if let Some(found) = self.of_duration(&with, leaves[0], share * end)? {
+            if let Some(found) = self.of_duration(&with, (found[0], share * end))? {
                 return Ok(Some(found));
             }
         }
@@ -396,33 +498,74 @@ impl<'a> Search<'a> {
             let deeper = deeper.map(|(x, t)| x - ghost.slope.signum() * s * t).collect::<Vec<_>>();
             self.family.set_chart(&ghost.chart);
             let Some(with) = self.read(&self.ends(&deeper))? else { continue };
-            let Some(leaves) = self.leaves_of(&with, ghost) else { continue };
-            let duration = with[n + leaves[0]] - with[n + leaves[0] - 1];
-            if let Some(found) = self.of_duration(&with, leaves[0], duration)? {
+            let Some(found) = self.switches_of(&with, ghost) else { continue };
+            let (a, b) = found[0];
+            let duration = with[n + b] - with[n + a];
+            if let Some(found) = self.of_duration(&with, ((a, b), duration))? {
                 return Ok(Some(found));
             }
         }
         Ok(None)
     }
 
-    /// Which switches of the present chart end the visits of a grazing, if the chart has them all.
-    fn leaves_of(&self, x: &[f64], ghost: &Ghost) -> Option<Vec<usize>> {
-        ghost.group.iter().map(|c| self.leaves(x, c)).collect()
+    /// `X` in the present chart with the visit of a candidate, of no duration, which becomes the present one: all its points come and leave by one switch.
+    fn with(&mut self, x: &[f64], candidate: &Candidate) -> Vec<f64> {
+        let (z, times, omega) = self.family.parts(x);
+        let (mut times, instant) = (times.to_vec(), candidate.near * self.family.end(omega));
+        let phase = times.iter().take_while(|t| **t < instant).count();
+        let mut chain = self.family.chart();
+        let back = chain.sets[phase].clone();
+        let mut inside = back.clone();
+        candidate.visit.iter().for_each(|&(point, to)| inside.set(point, to));
+        chain.sets.splice(phase + 1..phase + 1, [inside, back]);
+        chain.points.splice(phase..phase, [candidate.point(); 2]);
+        times.splice(phase..phase, [instant; 2]);
+        let x = self.family.unknowns(z, &times, omega);
+        self.family.set_chart(&chain);
+        x
     }
 
-    /// The orbit in the present chart in which the visit that switch `j` ends has a duration.
+    /// The first and the last switch in the present chart of each visit of a grazing, if the chart has them all.
+    fn switches_of(&self, x: &[f64], ghost: &Ghost) -> Option<Vec<(usize, usize)>> {
+        ghost.group.iter().map(|c| self.visit_of(x, c).map(|v| v.switches)).collect()
+    }
+
+    /// The orbit in the present chart in which the visit between two switches has a duration.
     fn of_duration(
         &mut self,
         x: &[f64],
-        j: usize,
-        duration: f64,
+        ((a, b), duration): ((usize, usize), f64),
     ) -> Result<Option<Vec<f64>>, OrbitError> {
         let n = self.family.closure.unknowns(self.family.body.n());
         let mut c = vec![0.0; x.len()];
-        (c[n + j], c[n + j - 1]) = (1.0, -1.0);
+        (c[n + b], c[n + a]) = (1.0, -1.0);
         let Some(found) = correct(&mut self.family, x, &c, duration)? else { return Ok(None) };
-        let is_there = tolerate(self.family.overstepped(&found.x))?.is_some_and(|b| b.is_empty());
-        Ok(is_there.then(|| self.ends(&found.x)))
+        Ok(self.is_read(&found.x)?.then(|| self.ends(&found.x)))
+    }
+
+    /// Whether the motion goes through the present chart, but for the order of switches at one time: points that come together do so to rounding errors.
+    fn is_read(&mut self, x: &[f64]) -> Result<bool, OrbitError> {
+        let (chart, ends) = (self.family.chart(), self.ends(x));
+        let read = self.read(&ends)?;
+        let passage = self.family.chart();
+        self.family.set_chart(&chart);
+        let Some(read) = read else { return Ok(false) };
+        let end = self.family.end(ends[ends.len() - 1]);
+        let merged = |chain: &Chain, x: &[f64]| {
+            let (first, last) = (ends.len() - 1, x.len() - 1);
+            let times = &x[first..last];
+            let keeps = |&j: &usize| times.get(j + 1).is_none_or(|t| t - times[j] > AT_ONCE * end);
+            let kept: Vec<usize> = (0..times.len()).filter(keeps).collect();
+            let of = |&j: &usize| (times[j], chain.sets[j + 1].clone());
+            (chain.sets[0].clone(), kept.iter().map(of).collect::<Vec<_>>())
+        };
+        let (of_chart, of_motion) = (merged(&chart, x), merged(&passage, &read));
+        let is_same = |(a, b): (&(f64, States), &(f64, States))| {
+            a.1 == b.1 && (a.0 - b.0).abs() <= 1e-7 * end
+        };
+        Ok(of_chart.0 == of_motion.0
+            && of_chart.1.len() == of_motion.1.len()
+            && of_chart.1.iter().zip(&of_motion.1).all(is_same))
     }
 
     /// The branch where the visits are no more: the ghost branch on the side where the point stays away.
@@ -435,7 +578,7 @@ impl<'a> Search<'a> {
             let away = ghost.x.iter().zip(&ghost.tangent).map(|(x, t)| x + side * s * t);
             let predicted: Vec<f64> = away.collect();
             if let Some(found) = correct(&mut self.family, &predicted, &c, dot(&c, &predicted))?
-                && tolerate(self.family.overstepped(&found.x))?.is_some_and(|b| b.is_empty())
+                && self.is_read(&found.x)?
             {
                 return Ok(Some(self.ends(&found.x)));
             }

@@ -134,6 +134,55 @@ impl<'a> Mapped<'a> {
         Ok(None)
     }
 
+    /// The grazings of some points (of any, where none are named) ahead of a place and no further from it than `within`, the nearest first.
+    fn near(
+        &mut self,
+        place: &Place<Chain>,
+        points: &[usize],
+        within: f64,
+    ) -> Result<Vec<Ghost>, OrbitError> {
+        let mut found = self.grazings(place, |p| points.is_empty() || points.contains(&p))?;
+        let weights = self.weights(&place.x);
+        let distance = |ghost: &Ghost| {
+            let way = from_to(&place.x, &ghost.at);
+            way.iter().zip(&weights).map(|(d, w)| w * d * d).sum::<f64>().sqrt()
+        };
+        found.retain(|ghost| distance(ghost) <= within);
+        found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        Ok(found)
+    }
+
+    /// Grazings behind a first one in a step, as far as they are found: of the points that change and are not among those of `all` yet. What one step loses may be a
+    /// visit in whose midst another is.
+    fn further(
+        &mut self,
+        from: &Place<Chain>,
+        changed: &[usize],
+        (mut last, within): (Crossing, f64),
+        all: &mut Vec<(Border, Vec<f64>)>,
+    ) -> Result<(), OrbitError> {
+        loop {
+            let is_known =
+                |p: &usize| all.iter().any(|(border, _)| border.points().any(|q| q == *p));
+            let left: Vec<usize> = changed.iter().copied().filter(|p| !is_known(p)).collect();
+            if left.is_empty() {
+                return Ok(());
+            }
+            let way = from_to(&last.at, &last.behind);
+            let weights = self.weights(&last.behind);
+            let c: Vec<f64> = weights.iter().zip(&way).map(|(w, d)| w * d).collect();
+            let Some((tangent, _)) = continuation::tangent(self, &last.behind, &c)? else {
+                return Ok(());
+            };
+            let place = Place { x: last.behind.clone(), tangent, ..from.clone() };
+            let found = self.near(&place, &left, within)?;
+            let Some(next) = self.crossing(&place.x, &found)? else { return Ok(()) };
+            all.push((next.border.clone(), next.at.clone()));
+            self.passed = Some(next.at.clone());
+            last = next;
+        }
+    }
+
     /// The grazing at which a branch is stuck, and the branch behind it.
     pub(super) fn over(
         &mut self,
@@ -389,20 +438,16 @@ impl Family for Mapped<'_> {
         if changed.is_empty() && !(brief && (turned || is_stuck)) {
             return Ok(Judgement::Along);
         }
-        let mut found = self.grazings(from, |p| changed.is_empty() || changed.contains(&p))?;
-        let distance = |ghost: &Ghost| {
-            let there = from_to(&from.x, &ghost.at);
-            dot(&there, &there).sqrt()
-        };
-        found.retain(|ghost| is_stuck || distance(ghost) <= WITHIN * length);
-        found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let within = if is_stuck { f64::INFINITY } else { WITHIN * length };
+        let found = self.near(from, &changed, within)?;
         let Some(crossing) = self.crossing(&from.x, &found)? else { return Ok(Judgement::Along) };
         let behind = from_to(&crossing.at, &crossing.behind);
         let landed = from_to(&crossing.at, x);
         if !changed.is_empty() && dot(&behind, &landed) > 0.0 {
-            self.passed = Some(crossing.at);
-            let borders = found.into_iter().map(|ghost| (ghost.border(), ghost.at));
-            return Ok(Judgement::Over(borders.map(|(border, x)| (x, border)).collect()));
+            let mut all: Vec<_> = found.into_iter().map(|g| (g.border(), g.at)).collect();
+            self.passed = Some(crossing.at.clone());
+            self.further(from, &changed, (crossing, within), &mut all)?;
+            return Ok(Judgement::Over(all.into_iter().map(|(border, x)| (x, border)).collect()));
         }
         self.ahead = Some((from.x.clone(), crossing));
         Ok(Judgement::Astray)

@@ -274,7 +274,7 @@ fn towards(family: &mut Segments, x: Vec<f64>, omega: f64) -> Result<Option<Arri
         let omega = point.x[point.x.len() - 1];
         match point.special {
             Some(Special::End) => arrival = Some(Arrival::Arrived(z)),
-            Some(Special::Fold) => {
+            Some(Special::Fold | Special::Corner { .. }) => {
                 let singular_value =
                     least_singular_value(family, &point.x).ok().flatten().unwrap_or(f64::NAN);
                 arrival = Some(Arrival::Fold { z, omega, singular_value });

@@ -236,13 +236,14 @@ impl Family for Segments<'_> {
             let middle = partner.map_or(t, |p| if p == end { end } else { 0.5 * (t + p) });
             let what = format!("node {} touches", self.node_name(point));
             let (phase, near) = (agree.min(times.len()), middle / end);
-            return Ok(vec![Border::Touch { phase, point, to, near, what }]);
+            let together = vec![];
+            return Ok(vec![Border::Touch { phase, point, to, near, together, what }]);
         }
         // the first sets differ
         let first = self.chain.sets[0].changes(&passage.chain.sets[0]).next();
         let Some((point, _, to)) = first else { return Ok(vec![]) };
         let what = format!("node {} touches at the start", self.node_name(point));
-        Ok(vec![Border::Touch { phase: 0, point, to, near: 0.0, what }])
+        Ok(vec![Border::Touch { phase: 0, point, to, near: 0.0, together: vec![], what }])
     }
 
     fn margin(&mut self, x: &[f64], border: &Border) -> Result<f64, OrbitError> {

@@ -59,6 +59,16 @@ pub struct GrazingRecord {
     pub opening: bool,
     /// The frequency turns back there.
     pub turns: bool,
+    /// Other nodes that graze with it, of a symmetric body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub together: Vec<usize>,
+}
+
+impl GrazingRecord {
+    /// All nodes that graze.
+    pub fn nodes(&self) -> impl Iterator<Item = usize> {
+        std::iter::once(self.node).chain(self.together.iter().copied())
+    }
 }
 
 /// How multipliers cross the unit circle.
@@ -191,7 +201,16 @@ impl Display for GrazingRecord {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let what = if self.opening { "grazes to open" } else { "grazes" };
         let turns = if self.turns { ", the frequency turns back" } else { "" };
-        write!(f, "node {} {what}{turns}", self.node)
+        write!(f, "node {} {what}", self.node)?;
+        match &self.together[..] {
+            [] => {}
+            [other] => write!(f, " together with node {other}")?,
+            others => {
+                let others: Vec<String> = others.iter().map(usize::to_string).collect();
+                write!(f, " together with nodes {}", others.join(", "))?;
+            }
+        }
+        f.write_str(turns)
     }
 }
 
@@ -279,7 +298,18 @@ mod tests {
             PointKind::BranchPoint,
             PointKind::NotExamined,
             PointKind::Border("switches of nodes 41 and 43 change places".into()),
-            PointKind::Grazing(GrazingRecord { node: 7, opening: false, turns: true }),
+            PointKind::Grazing(GrazingRecord {
+                node: 7,
+                opening: false,
+                turns: true,
+                together: vec![],
+            }),
+            PointKind::Grazing(GrazingRecord {
+                node: 7,
+                opening: false,
+                turns: true,
+                together: vec![9, 4],
+            }),
             PointKind::Undecided(3),
             PointKind::Failed("penetration 1e-3; not closed".into()),
         ];

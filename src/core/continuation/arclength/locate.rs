@@ -5,6 +5,9 @@ use super::{Family, Go, Special, Step, Stop, Walker};
 /// Changes of stability are located to this part of a step.
 const LOCATED: f64 = 1.0 / 4096.0;
 
+/// Where a branch folds its direction is that of no `λ`; a share of what it is at the ends of the step that is more than this is that of a corner.
+const SHARP: f64 = 1e-2;
+
 /// A fold this near to a border, relative, is the same point.
 const SAME: f64 = 1e-6;
 
@@ -132,7 +135,11 @@ impl<F: Family, T: FnMut(&mut F, super::PointOf<F>) -> Go> Walker<'_, F, T> {
             borders.iter().any(|(x, _)| (Self::lambda(x) - lambda).abs() <= SAME * lambda.abs())
         };
         let mut found = self.folds(s, step)?;
-        found.retain(|(_, p, _)| !is_own(Self::lambda(&p.x)));
+        // where the branch turns in this step is at one of the borders, if it is nowhere else
+        let is_elsewhere = |(_, p, special): &Found<F::Border>| {
+            !matches!(special, Special::Corner { located: false }) && !is_own(Self::lambda(&p.x))
+        };
+        found.retain(is_elsewhere);
         let is_turned = before * Self::lambda(&step.tangent) < 0.0;
         let is_left = is_turned != (found.len() % 2 == 1);
         let far = |x: &[f64]| before.signum() * Self::lambda(x);
@@ -146,7 +153,8 @@ impl<F: Family, T: FnMut(&mut F, super::PointOf<F>) -> Go> Walker<'_, F, T> {
         Ok(self.hand_out_in_order(found))
     }
 
-    /// Folds: zeros of `dλ/ds`. Two of them leave its sign as it was: where the cubic through both ends turns, the branch is asked.
+    /// Folds: zeros of `dλ/ds`, or corners at which it jumps over zero. Two of them leave its sign as it was: where the cubic through both ends turns, the branch is
+    /// asked.
     fn folds(&mut self, s: f64, step: &Step) -> Result<Vec<Found<F::Border>>, F::Error> {
         let rate = |step: &Step| Self::lambda(&step.tangent);
         let (before, after) = (Self::lambda(&self.place.tangent), rate(step));
@@ -163,10 +171,13 @@ impl<F: Family, T: FnMut(&mut F, super::PointOf<F>) -> Go> Walker<'_, F, T> {
             if pair[0].1 * pair[1].1 >= 0.0 {
                 continue;
             }
-            // a fold that cannot be located lies before the end of its piece all the same
-            let at = self.root_in(pair[0], pair[1], |_, p| Ok(rate(p)))?;
-            let (s, p) = at.unwrap_or_else(|| (pair[1].0, step.clone()));
-            found.push((s, p, Special::Fold));
+            let sharp = SHARP * pair[0].1.abs().max(pair[1].1.abs());
+            found.push(match self.root_in(pair[0], pair[1], |_, p| Ok(rate(p)))? {
+                Some((s, p)) if rate(&p).abs() <= sharp => (s, p, Special::Fold),
+                Some((s, p)) => (s, p, Special::Corner { located: true }),
+                // what cannot be located lies before the end of its piece all the same
+                None => (pair[1].0, step.clone(), Special::Corner { located: false }),
+            });
         }
         Ok(found)
     }

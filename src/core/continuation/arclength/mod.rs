@@ -28,6 +28,11 @@ pub enum Special<B> {
     Start,
     /// `λ` turns back.
     Fold,
+    /// `λ` turns back at a corner of the branch that is no border that its family knows; whether this is the corner, or one lies near it in the same step.
+    Corner {
+        /// It is.
+        located: bool,
+    },
     /// A simple branch point: the determinant of the bordered Jacobian changes its sign.
     BranchPoint,
     /// The signature changes, from the first to the second.
