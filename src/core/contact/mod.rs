@@ -1,5 +1,6 @@
 //! Contact: boundary stress, complementarity, active sets, methods, phases (theory §2–5).
 
+mod added;
 mod around;
 mod bearings;
 #[doc(hidden)]
@@ -45,6 +46,7 @@ pub(crate) mod states;
 pub(crate) mod system;
 mod tractions;
 
+pub(crate) use added::Added;
 pub use bearings::{Bearings, Borne, Pull};
 pub use boundary::Stress;
 pub use conditions::{Conditions, Gaps};

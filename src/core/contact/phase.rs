@@ -487,6 +487,11 @@ impl Phase {
         }
     }
 
+    /// Whether its matrices are those of the body and of what contact displacements follow, and of nothing else.
+    pub(super) fn is_of_the_body(&self) -> bool {
+        self.springs().next().is_none() && self.data.inertia.holds().is_none()
+    }
+
     /// The springs of sliders that stick.
     fn springs(&self) -> impl Iterator<Item = &Discrete> {
         self.data.rubbing.iter().flat_map(Rubbing::springs)

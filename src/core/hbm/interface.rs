@@ -6,7 +6,7 @@
 //! What rubs has components of its own behind these, its displacement among the projections and its force among the terms ([`super::rubbing`]).
 
 use std::borrow::Cow;
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
 use faer::Mat;
@@ -16,7 +16,7 @@ use super::HbmError;
 use super::rub::{self, Rub};
 use super::series::{Basis, Polynomial, Series};
 use crate::contact::lcp::UNITS;
-use crate::contact::{Drive, Monitor, MonitorKind, States, System};
+use crate::contact::{Added, Drive, Monitor, MonitorKind, Phase, States, System};
 use crate::continuation::dot;
 use crate::fem::{Csr, Loads};
 use crate::flow::cache::Cache;
@@ -109,10 +109,12 @@ pub struct Interface {
     rank: usize,
     /// `L`, a column a direction of the contact.
     lifted: Mat<f64>,
-    /// `M₀`
-    mass: Csr,
-    /// `K₀`
-    stiffness: Csr,
+    /// Displacements that the contact conditions look at.
+    near: Vec<usize>,
+    /// What phases add to the open one, where that is told without their matrices.
+    added: Option<Added>,
+    /// `K₀` and `M₀`, where they are asked for.
+    open: OnceCell<(Csr, Csr)>,
     /// `Lᵀf` of the constant force, and of each harmonic load, on the open phase.
     pub(super) forces: (Vec<f64>, Vec<Vec<f64>>),
     phases: RefCell<Cache<States, Rc<PhaseOperator>>>,
@@ -198,7 +200,6 @@ impl Interface {
         directions: Directions,
     ) -> Interface {
         let open = system.open_phase();
-        let (stiffness, mass) = open.matrices();
         let constant = onto(&lifted, &open.constant_force());
         let loads = system.loads.harmonics.iter();
         let harmonics = loads.map(|h| onto(&lifted, &open.reduce(&h.force))).collect();
@@ -206,9 +207,25 @@ impl Interface {
         let full = takes || !system.loads.harmonics.is_empty();
         let basis = if full { Basis::Full } else { Basis::Cosine };
         let phases = RefCell::new(Cache::new(BUDGET));
+        let mut near: Vec<usize> = system.directions().iter().flatten().map(|e| e.0).collect();
+        near.sort_unstable();
+        near.dedup();
+        let added = Added::new(&system, &lifted);
         let forces = (constant, harmonics);
         let (rank, rubs) = (directions.pairs.len(), directions.rubs);
-        Interface { system, form, basis, rubs, rank, lifted, mass, stiffness, forces, phases }
+        Interface {
+            system,
+            form,
+            basis,
+            rubs,
+            rank,
+            lifted,
+            near,
+            added,
+            open: OnceCell::new(),
+            forces,
+            phases,
+        }
     }
 
     /// Whether anything rubs.
@@ -241,13 +258,26 @@ impl Interface {
         self.system.loads_mut().set_frequency(omega);
     }
 
-    /// A displacement `u_O` with the projections `y`: the contact conditions cannot tell it from any other.
+    /// A displacement `u_O` with the projections `y`, as far as the contact conditions look at it: they cannot tell it from any other.
     pub(crate) fn representative(&self, y: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.lifted.nrows()];
         for (c, y) in y[..self.lifted.ncols()].iter().enumerate() {
-            u.iter_mut().zip(self.lifted.col_as_slice(c)).for_each(|(u, l)| *u += y * l);
+            let lifted = self.lifted.col_as_slice(c);
+            self.near.iter().for_each(|&i| u[i] += y * lifted[i]);
         }
         u
+    }
+
+    /// `Lᵀ(K_α − K_∅)L` and `Lᵀ(M_α − M_∅)L`
+    fn added(&self, phase: &Phase) -> [Mat<f64>; 2] {
+        let lifted = &self.lifted;
+        if let Some(added) = self.added.as_ref().and_then(|added| added.of(phase, lifted)) {
+            return added;
+        }
+        let (k, m) = phase.matrices();
+        let (k0, m0) = self.open.get_or_init(|| self.system.open_phase().matrices());
+        [(&k, k0), (&m, m0)]
+            .map(|(a, open)| congruence(&Csr::combination(1.0, a, -1.0, open), lifted))
     }
 
     /// Monitor `k` of a phase along a series of projections.
@@ -295,9 +325,7 @@ impl Interface {
     fn build(&self, set: &States) -> Result<PhaseOperator, HbmError> {
         let system = &self.system;
         let phase = system.phase(set);
-        let (k, m) = phase.matrices();
-        let s_m = congruence(&Csr::combination(1.0, &m, -1.0, &self.mass), &self.lifted);
-        let s_k = congruence(&Csr::combination(1.0, &k, -1.0, &self.stiffness), &self.lifted);
+        let [s_k, s_m] = self.added(&phase);
         let r = self.lifted.ncols();
         // A*ᵀ x on the reduced directions, less that of the open phase
         let open = system.open_phase();

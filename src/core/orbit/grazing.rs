@@ -105,13 +105,11 @@ impl Candidate {
     }
 }
 
-/// A visit in a chart: of points that come and leave at one instant each, with no other switch in between.
+/// A visit in a chart: of a point that comes and leaves, or of several that do so together.
 #[derive(Debug)]
 struct Visit {
-    /// Its first switch and its last one.
-    switches: (usize, usize),
-    /// The active set during it.
-    inside: usize,
+    /// The points, with their states during it, and the switches by which each comes and leaves.
+    of: Vec<((usize, PointState), (usize, usize))>,
     /// When it begins and ends.
     span: (f64, f64),
 }
@@ -124,40 +122,58 @@ impl Visit {
     fn middle(&self) -> f64 {
         0.5 * (self.span.0 + self.span.1)
     }
+
+    /// Whether a switch of a point is one end of it.
+    fn has(&self, j: usize, point: usize) -> bool {
+        self.of.iter().any(|((p, _), (a, b))| *p == point && (j == *a || j == *b))
+    }
 }
 
-/// The visits of a chart that are no longer than `longest`; where several points come and leave together, all of them are one.
+/// The switches of a point in a chart.
+fn switches_of(chain: &Chain, point: usize) -> Vec<usize> {
+    let at = |j: usize| chain.sets[j].at(point);
+    (0..chain.events()).filter(|&j| at(j) != at(j + 1)).collect()
+}
+
+/// The visits of a chart that are no longer than `longest`, in the order of their beginnings; what lies between is another's business.
 fn visits(chain: &Chain, times: &[f64], longest: f64) -> Vec<Visit> {
-    let of = |a: usize, b: usize| {
-        let span = (times[a], times[b]);
-        let tolerance = TOGETHER * (span.1 - span.0);
-        let come = (a..b).take_while(|&j| times[j] - span.0 <= tolerance).count();
-        let leave = (a + 1..=b).rev().take_while(|&j| span.1 - times[j] <= tolerance).count();
-        // of no duration at all: every switch is near both ends
-        let come = if span.0 == span.1 { (b + 1 - a) / 2 } else { come };
-        let is_one = (come + leave > b - a) && chain.sets[a] == chain.sets[b + 1];
-        is_one.then_some(Visit { switches: (a, b), inside: a + come, span })
-    };
     let mut found: Vec<Visit> = vec![];
-    for a in 0..times.len() {
-        let within = (a + 1..times.len()).take_while(|&b| times[b] - times[a] <= longest);
-        let Some(visit) = within.filter_map(|b| of(a, b)).last() else { continue };
-        // what lies inside of another is a part of it
-        if found.last().is_none_or(|last| last.switches.1 < visit.switches.1) {
-            found.push(visit);
+    for point in 0..chain.sets[0].len() {
+        for pair in switches_of(chain, point).windows(2) {
+            let (a, b) = (pair[0], pair[1]);
+            let returns = chain.sets[a].at(point) == chain.sets[b + 1].at(point);
+            if returns && times[b] - times[a] <= longest {
+                let to = chain.sets[a + 1].at(point);
+                found.push(Visit { of: vec![((point, to), (a, b))], span: (times[a], times[b]) });
+            }
         }
     }
+    found.sort_by(|a, b| a.span.0.total_cmp(&b.span.0));
+    found.dedup_by(|b, a| {
+        let tolerance = TOGETHER * a.duration();
+        let is_same = b.span.0 - a.span.0 <= tolerance && (b.span.1 - a.span.1).abs() <= tolerance;
+        if is_same {
+            a.of.append(&mut b.of);
+        }
+        is_same
+    });
     found
+}
+
+/// The active sets of a chart where they change, those of switches at one time as one change.
+fn merged(chain: &Chain, times: &[f64], end: f64) -> (States, Vec<(f64, States)>) {
+    let is_last = |&j: &usize| times.get(j + 1).is_none_or(|t| t - times[j] > AT_ONCE * end);
+    let changes = (0..times.len()).filter(is_last).map(|j| (times[j], chain.sets[j + 1].clone()));
+    (chain.sets[0].clone(), changes.collect())
 }
 
 /// Whether switch `j` of a point is one end of a visit that rounding errors make of a grazing.
 fn is_moment(chain: &Chain, times: &[f64], (j, point): (usize, usize), end: f64) -> bool {
-    let at = |k: usize| chain.sets[k].at(point);
-    let is_switch = |k: &usize| at(*k) != at(k + 1);
-    let ends = |a: usize, b: usize| times[b] - times[a] <= MOMENT * end && at(a) == at(b + 1);
-    let before = (0..j).rev().find(is_switch).is_some_and(|k| ends(k, j));
-    let after = (j + 1..times.len()).find(is_switch).is_some_and(|k| ends(j, k));
-    is_switch(&j) && (before || after)
+    switches_of(chain, point).windows(2).any(|pair| {
+        let (a, b) = (pair[0], pair[1]);
+        let returns = chain.sets[a].at(point) == chain.sets[b + 1].at(point);
+        (a == j || b == j) && returns && times[b] - times[a] <= MOMENT * end
+    })
 }
 
 /// A chart without the switches that `is_gone` tells of, by their number and point.
@@ -327,13 +343,9 @@ impl<'a> Search<'a> {
         let mut found = vec![];
         for visit in visits(&chain, times, share * end) {
             let distance = (omega * visit.duration()).powi(2) / 8.0;
-            let (before, inside) = (&chain.sets[visit.switches.0], &chain.sets[visit.inside]);
-            // the point that the last switch is told of first
-            let told = chain.points[visit.switches.1];
-            let mut points: Vec<_> = before.changes(inside).map(|(p, _, to)| (p, to)).collect();
-            points.sort_by_key(|(p, _)| (*p != told, *p));
             let near = visit.middle() / end;
-            found.push(Candidate { distance, visit: points, near, is_visit: true });
+            let visit = visit.of.into_iter().map(|(point, _)| point).collect();
+            found.push(Candidate { distance, visit, near, is_visit: true });
         }
         for ((point, to), touch) in (Minima { walk: &walk, sets: &chain.sets }).all() {
             let distance = touch.h / self.family.monitor_unit(touch.phase, point);
@@ -362,18 +374,14 @@ impl<'a> Search<'a> {
         let (_, times, omega) = self.family.parts(x);
         let (end, chain) = (self.family.end(omega), &self.family.chain);
         let off = |v: &Visit| (v.middle() / end - candidate.near).abs();
-        let is_it = |v: &Visit| {
-            let point = candidate.point();
-            chain.sets[v.inside].at(point) != chain.sets[v.switches.0].at(point)
-        };
+        let is_it = |v: &Visit| v.of.iter().any(|((p, _), _)| *p == candidate.point());
         let nearest = visits(chain, times, end).into_iter().filter(is_it);
         nearest.min_by(|a, b| off(a).total_cmp(&off(b))).filter(|v| off(v) < SAME)
     }
 
     /// `X` in the present chart without the visits of candidates, which becomes the present one.
     fn without(&mut self, x: &[f64], group: &[Candidate]) -> Vec<f64> {
-        let found: Vec<(usize, usize)> =
-            group.iter().filter_map(|c| self.visit_of(x, c)).map(|v| v.switches).collect();
+        let found: Vec<Visit> = group.iter().filter_map(|c| self.visit_of(x, c)).collect();
         let (z, times, omega) = self.family.parts(x);
         let end = self.family.end(omega);
         let chain = self.family.chart();
@@ -384,7 +392,7 @@ impl<'a> Search<'a> {
                     && c.points().any(|p| p == point)
                     && is_moment(&chain, times, (j, point), end)
             };
-            found.iter().any(|&(a, b)| a <= j && j <= b) || group.iter().any(is_of)
+            found.iter().any(|visit| visit.has(j, point)) || group.iter().any(is_of)
         };
         let (chain, times) = thinned(&chain, times, is_gone);
         let x = self.family.unknowns(z, &times, omega);
@@ -416,12 +424,20 @@ impl<'a> Search<'a> {
             // the other switches as the motion has them
             let Some(read) = self.read(&ghost.at)? else { return Ok(None) };
             let bare = self.without(&read, &ghost.group);
-            if self.family.chain == ghost.chart {
+            if self.sets_at(&bare, &self.family.chain) == self.sets_at(&ghost.x, &ghost.chart) {
                 return Ok(Some(ghost));
             }
             (x, group) = (bare, ghost.group);
         }
         Ok(None)
+    }
+
+    /// The active sets that `X` goes through in a chart.
+    fn sets_at(&self, x: &[f64], chain: &Chain) -> Vec<States> {
+        let n = x.len() - 1 - chain.events();
+        let end = self.family.end(x[x.len() - 1]);
+        let (first, others) = merged(chain, &x[n..x.len() - 1], end);
+        std::iter::once(first).chain(others.into_iter().map(|(_, set)| set)).collect()
     }
 
     /// Along the present chart to where the first of some contacts grazes.
@@ -527,7 +543,7 @@ impl<'a> Search<'a> {
 
     /// The first and the last switch in the present chart of each visit of a grazing, if the chart has them all.
     fn switches_of(&self, x: &[f64], ghost: &Ghost) -> Option<Vec<(usize, usize)>> {
-        ghost.group.iter().map(|c| self.visit_of(x, c).map(|v| v.switches)).collect()
+        ghost.group.iter().map(|c| self.visit_of(x, c).map(|v| v.of[0].1)).collect()
     }
 
     /// The orbit in the present chart in which the visit between two switches has a duration.
@@ -551,15 +567,9 @@ impl<'a> Search<'a> {
         self.family.set_chart(&chart);
         let Some(read) = read else { return Ok(false) };
         let end = self.family.end(ends[ends.len() - 1]);
-        let merged = |chain: &Chain, x: &[f64]| {
-            let (first, last) = (ends.len() - 1, x.len() - 1);
-            let times = &x[first..last];
-            let keeps = |&j: &usize| times.get(j + 1).is_none_or(|t| t - times[j] > AT_ONCE * end);
-            let kept: Vec<usize> = (0..times.len()).filter(keeps).collect();
-            let of = |&j: &usize| (times[j], chain.sets[j + 1].clone());
-            (chain.sets[0].clone(), kept.iter().map(of).collect::<Vec<_>>())
-        };
-        let (of_chart, of_motion) = (merged(&chart, x), merged(&passage, &read));
+        let first = ends.len() - 1;
+        let of_chart = merged(&chart, &x[first..x.len() - 1], end);
+        let of_motion = merged(&passage, &read[first..read.len() - 1], end);
         let is_same = |(a, b): (&(f64, States), &(f64, States))| {
             a.1 == b.1 && (a.0 - b.0).abs() <= 1e-7 * end
         };
