@@ -173,6 +173,13 @@ fn files_know_what_supports_and_springs_bear() {
     assert_eq!((springs.nrows(), springs.ncols()), (t.len(), 1));
     let largest = springs.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     assert_eq!(said["forces"][4]["maximum"].as_f64().unwrap(), largest);
+    let pressure = h5.dataset("trajectory/pressure").unwrap().read_2d::<f64>().unwrap();
+    let nodes = h5.dataset("mesh/contact_nodes").unwrap().read_raw::<i64>().unwrap();
+    let most = pressure.iter().copied().fold(0.0, f64::max);
+    let ((row, point), _) = pressure.indexed_iter().find(|(_, p)| **p == most).unwrap();
+    let told = &said["pressure"];
+    assert!(most > 0.0 && told["largest"] == most && told["is_force"] == false, "{told}");
+    assert!(told["t"] == t[row] && told["node"] == nodes[point], "{told}");
     assert_eq!(h5.dataset("bodies/momentum").unwrap().shape(), [t.len(), 4]);
 }
 

@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 use serde_json::Value;
 use signorini::fem::Csr;
 use signorini::fem::formats::{Written, read_matrix};
+use signorini::scenario::Scene;
 
 fn sample(name: &str) -> String {
     root().join("tests/reference/formats").join(name).display().to_string()
@@ -422,6 +423,58 @@ fn decks_are_meshes() {
     }
     let said = json(&["inspect", &sample("block.inp")]);
     assert_eq!((&said["format"], &said["nodes"]), (&Value::from("deck"), &Value::from(36)));
+}
+
+/// A deck in four files, in folders of their own, is the deck in one; what is wrong is told of the file where it is, and what they say counts to a run that goes on.
+#[test]
+fn decks_may_be_in_several_files() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("parts")).unwrap();
+    let text = std::fs::read_to_string(sample("block.inp")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let piece = |from: usize, to: usize| lines[from - 1..to].join("\n") + "\n";
+    written(folder.path(), "parts/nodes.dat", &piece(4, 39));
+    let cells = piece(40, 52) + "*Include, input=sets.inp\n";
+    written(folder.path(), "parts/cells.inp", &cells);
+    written(folder.path(), "parts/sets.inp", &piece(53, 63));
+    let head = "*HEADING\nin pieces\n*NODE, NSET=ALL, INPUT=parts/nodes.dat\n** the rest\n*INCLUDE,\n INPUT = parts/cells.inp\n*STEP\n*INCLUDE, INPUT=loads.inp\n";
+    let deck = written(folder.path(), "whole.inp", head);
+    let scene = |file: &str| {
+        let text = format!(
+            "[body]\nkind = 'mesh'\nfile = '{file}'\n[[material]]\ngroup = 'BODY'\nyoung = 210000.0\npoisson = 0.3\ndensity = 7.85e-9\n\
+             [[support]]\ngroup = 'WALL'\nfix = ['x', 'y', 'z']\n[contact]\ngroup = 'FRONT'\ngap = 0.1\n[run]\nuntil = 1e-5\n"
+        );
+        written(folder.path(), "scene.toml", &text)
+    };
+    let said = |file: &str| json(&["inspect", file]);
+    let (whole, pieces) = (said(&sample("block.inp")), said(&deck));
+    assert_eq!(whole["nodes"], 36);
+    for key in whole.as_object().unwrap().keys().filter(|k| *k != "file") {
+        assert_eq!(whole[key], pieces[key], "{key}");
+    }
+    same_frequencies(&scene(&deck), &checks()["block"], "block");
+    // the files are among those that a scene names
+    let parsed = Scene::parse(&std::fs::read_to_string(scene(&deck)).unwrap(), Path::new("s.toml"));
+    assert_eq!(parsed.unwrap().files().len(), 4);
+    for (file, from, to, words) in [
+        ("parts/sets.inp", "NSET=TIP", "NSET=TIP, INSTANCE=A-1", "sets.inp, line 4"),
+        ("parts/nodes.dat", "101, 30", "101, x", "nodes.dat, line 1"),
+        ("parts/cells.inp", "TYPE=C3D8", "TYPE=S4", "cells.inp, line 1"),
+        ("parts/cells.inp", "input=sets.inp", "input=set.inp", "line 14: set.inp cannot be read"),
+        ("parts/cells.inp", "input=sets.inp", "input=cells.inp", "cells.inp includes itself"),
+        ("whole.inp", "in pieces\n", "in pieces\n*EQUATION\n", "whole.inp: line 3"),
+    ] {
+        let path = folder.path().join(file);
+        let before = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, before.replacen(from, to, 1)).unwrap();
+        let out = run(&["modes", &scene(&deck)]);
+        let said = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(2), "{said}");
+        let said: String =
+            said.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
+        assert!(said.contains(words), "{words}: {said}");
+        std::fs::write(&path, before).unwrap();
+    }
 }
 
 /// One part twice, the second moved and then turned, tied at matching nodes: the frequencies that CalculiX printed of the flat deck with its tie.

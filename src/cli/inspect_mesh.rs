@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use signorini::mesh::gmsh::{File, Imported, Sides};
 use signorini::mesh::slender::stiff_in_bending;
 use signorini::mesh::{Mesh, corner};
-use signorini::problem::read_mesh;
+use signorini::problem::read_mesh_file;
 use signorini::report::summary::significant;
 
 use super::{Answer, CliError, Global};
@@ -26,8 +26,10 @@ pub(crate) fn is_mesh(path: &Path) -> bool {
 /// Say what a mesh holds.
 pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let refuse = |e: &dyn std::fmt::Display| CliError::Input(format!("{}: {e}", path.display()));
-    let bytes = std::fs::read(path).map_err(|e| refuse(&e))?;
-    let file = read_mesh(&bytes).map_err(|e| refuse(&e))?;
+    let file = read_mesh_file(path).map_err(|(message, help)| match help {
+        Some(help) => refuse(&format!("{message}; {help}")),
+        None => refuse(&message),
+    })?;
     // what cannot be a body is told all the same, with the reason
     let body = file.body(1.0, &[]);
     let (found, why) = match &body {

@@ -1,5 +1,7 @@
 //! Bodies whose mesh comes from a file: what the scene names in it, and what does not work on it.
 
+use std::path::Path;
+
 use super::ProblemError;
 use super::form::Form;
 use super::given::folder;
@@ -9,7 +11,7 @@ use crate::mesh::gmsh::{self, File, Imported, Sides};
 use crate::mesh::vtu;
 use crate::mesh::{Block, ElementKind, Facet, Family, Mesh};
 use crate::mesh::{bulk, deck};
-use crate::scenario::{Body, ContactMethod, Issue, MassKind, Scene, State, StressKey};
+use crate::scenario::{Body, ContactMethod, Issue, MassKind, Scene, State, StressKey, Whole};
 
 /// A mesh of Gmsh, a deck of Abaqus or CalculiX, bulk data of Nastran, or a file of VTK.
 pub fn read(bytes: &[u8]) -> Result<File, gmsh::GmshError> {
@@ -19,6 +21,12 @@ pub fn read(bytes: &[u8]) -> Result<File, gmsh::GmshError> {
         bulk if bulk::is_bulk(bulk) => bulk::read(bulk),
         other => gmsh::read(other),
     }
+}
+
+/// The same from a file, a deck with what it includes; of what goes wrong the message, and what helps where that is known.
+pub fn read_file(path: &Path) -> Result<File, (String, Option<String>)> {
+    let whole = Whole::read(path)?;
+    read(&whole.bytes).map_err(|e| (whole.place(&e) + &e.message, Some(e.help)))
 }
 
 /// The mesh of the file of a body, its regions numbered as the materials of the scene, and the tags of its nodes.
@@ -31,15 +39,11 @@ pub(super) fn body(
         let message = format!("{}: {message}", path.display());
         scene.error(Issue::new(format!("{key}.file"), message, help)).into()
     };
-    let bytes = std::fs::read(&path).map_err(|e| {
-        fault(
-            e.to_string(),
-            "give a mesh of Gmsh, a deck (.inp), bulk data (.bdf) or a file of VTK (.vtu), relative to the scene"
-                .to_owned(),
-        )
-    })?;
     let of_gmsh = |e: gmsh::GmshError| fault(e.place() + &e.message, e.help.clone());
-    let file = read(&bytes).map_err(of_gmsh)?;
+    let file = read_file(&path).map_err(|(message, help)| {
+        let kinds = "give a mesh of Gmsh, a deck (.inp), bulk data (.bdf) or a file of VTK (.vtu), relative to the scene";
+        fault(message, help.unwrap_or_else(|| kinds.to_owned()))
+    })?;
     let named = |word: &str| Some(file.named(file.dim() - 1, scene.within(body, word)?));
     let pairs = scene.contact.iter().flat_map(|c| &c.obstacles);
     let pairs = pairs.filter_map(|o| Some([named(&o.group)?, named(&o.meeting.as_ref()?.master)?]));

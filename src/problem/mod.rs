@@ -44,7 +44,7 @@ use body::{assemble, contacts};
 use damping::{damping, rayleigh_of};
 use discretisation::discretisation;
 use given::{given_body, given_gaps_behind};
-pub use imported::read as read_mesh;
+pub use imported::{read as read_mesh, read_file as read_mesh_file};
 use initial::initial_state;
 pub use initial::{ModeShape, mode_shapes};
 use loads::loads;

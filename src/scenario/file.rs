@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Scene;
 use super::names::BESIDE;
+use super::{Scene, Whole};
 
 /// What a key says that names a file: a path, or a matrix in a file as `FILE.h5:/dataset`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +61,11 @@ impl Scene {
         let names = self.named_files();
         let mut all: Vec<PathBuf> =
             names.iter().map(|(_, name)| folder.join(FileName::parse(name).file)).collect();
+        // what decks include
+        let decks = |p: &&PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("inp"));
+        let included: Vec<PathBuf> =
+            all.iter().filter(decks).flat_map(|p| Whole::others_of(p)).collect();
+        all.extend(included);
         // the names of its rows
         if let Some(stiffness) = self.body.stiffness_matrix.as_ref().filter(|_| self.has_names()) {
             let beside = |ending: &&str| folder.join(stiffness).with_extension(ending);

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::names::{NAME_THEM, unknown};
 use super::number::Check;
-use super::{BodyKind, Field, Issue, Scene};
+use super::{BodyKind, Field, Issue, Scene, Whole};
 use crate::fem::formats::DofName;
 use crate::mesh::deck::{self, Places};
 
@@ -143,8 +143,9 @@ impl Scene {
             Issue::new("body.deck", format!("{}: {why}", path.display()), help)
         };
         let help = "give the deck (.inp) that the matrices come from, relative to the scene";
-        let bytes = std::fs::read(&path).map_err(|e| issue(e.to_string(), help.to_owned()))?;
-        deck::places(&bytes).map_err(|e| issue(e.place() + &e.message, e.help))
+        let whole = Whole::read(&path)
+            .map_err(|(why, what)| issue(why, what.unwrap_or_else(|| help.to_owned())))?;
+        deck::places(&whole.bytes).map_err(|e| issue(whole.place(&e) + &e.message, e.help))
     }
 }
 

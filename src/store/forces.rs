@@ -1,4 +1,4 @@
-//! `/forces`: those of contact groups, supports and springs over time, and what they come to.
+//! `/forces`: those of contact groups, supports and springs over time, and what they come to; the largest pressure.
 
 use ndarray::Array2;
 
@@ -21,6 +21,19 @@ pub struct ForceRecord {
     pub impulse: Vec<f64>,
     /// How far that over every second state is from it: more than what it is off by, where forces are smooth.
     pub impulse_error: f64,
+}
+
+/// The largest pressure of the stored states.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct PressureRecord {
+    /// It; of contact points without an area (all areas are 1) a force.
+    pub largest: f64,
+    /// When.
+    pub t: f64,
+    /// Mesh node (number of the contact point where points are no nodes).
+    pub node: i64,
+    /// No contact point has an area.
+    pub is_force: bool,
 }
 
 /// Maximum and impulse of forces over time, some columns a force.
@@ -77,5 +90,23 @@ impl Writer {
             }
         }
         Ok(all)
+    }
+
+    /// The largest pressure of a contact point; none where nothing touches.
+    pub fn largest_pressure(&mut self) -> Result<Option<PressureRecord>, StoreError> {
+        self.flush()?;
+        let file = self.file();
+        let Ok(pressure) = file.dataset("trajectory/pressure") else { return Ok(None) };
+        let pressure: Array2<f64> = pressure.table()?;
+        let t: Vec<f64> = file.dataset("trajectory/t")?.values()?;
+        let nodes: Vec<i64> = file.dataset("mesh/contact_nodes")?.values()?;
+        let areas: Vec<f64> = file.dataset("mesh/contact_area")?.values()?;
+        let most = pressure.indexed_iter().max_by(|a, b| a.1.total_cmp(b.1));
+        Ok(most.filter(|(_, p)| **p > 0.0).map(|((row, point), &largest)| PressureRecord {
+            largest,
+            t: t[row],
+            node: nodes[point],
+            is_force: areas.iter().all(|a| *a == 1.0),
+        }))
     }
 }

@@ -8,7 +8,7 @@
 use std::rc::Rc;
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, Par};
 
 use super::HbmError;
 use super::crossing::{Crossing, SWITCHES, spans};
@@ -60,10 +60,12 @@ fn blocks(op: &PhaseOperator, l: usize, is_sine: bool, omega: f64) -> (Mat<f64>,
     };
     // (cos lθ)′ = −l sin lθ, (sin lθ)′ = l cos lθ
     let sign = if is_sine { lw } else { -lw };
-    let partner =
-        op.v.as_ref()
-            .filter(|_| l > 0)
-            .map(|v| Mat::from_fn(v.nrows(), v.ncols(), |i, j| sign * v[(i, j)]));
+    let v = |i: usize, j: usize| {
+        let (alpha, beta) = op.damping;
+        beta * op.p[(i, j)] + op.a.as_ref().map_or(0.0, |a| alpha * a[(i, j)])
+    };
+    let partner = (op.is_damped() && l > 0)
+        .then(|| Mat::from_fn(op.p.nrows(), op.p.ncols(), |i, j| sign * v(i, j)));
     (own, partner)
 }
 
@@ -130,22 +132,23 @@ fn value(
         let c = load.size() * (theta + load.angle()).cos();
         n.iter_mut().zip(part).for_each(|(n, p)| *n -= c * p);
     }
-    let (now, rate, curvature) = derivatives(y, theta);
-    add_product(&mut n, &op.p, &now, 1.0);
-    if let Some(v) = &op.v {
-        add_product(&mut n, v, &rate, omega);
-    }
+    // P y + (αA + βP) ẏ + A ÿ
+    let (mut now, rate, mut curvature) = derivatives(y, theta);
+    let (alpha, beta) = op.damping;
+    now.iter_mut().zip(&rate).for_each(|(y, v)| *y += omega * beta * v);
+    add_product(&mut n, &op.p, &now);
     if let Some(a) = &op.a {
-        add_product(&mut n, a, &curvature, omega * omega);
+        let all = curvature.iter_mut().zip(&rate);
+        all.for_each(|(c, v)| *c = omega * (omega * *c + alpha * v));
+        add_product(&mut n, a, &curvature);
     }
     n
 }
 
-/// `n += factor A y`
-fn add_product(n: &mut [f64], a: &Mat<f64>, y: &[f64], factor: f64) {
+/// `n += A y`
+fn add_product(n: &mut [f64], a: &Mat<f64>, y: &[f64]) {
     for (c, y) in y.iter().enumerate().take(a.ncols()) {
-        let yc = factor * y;
-        n.iter_mut().zip(a.col_as_slice(c)).for_each(|(n, a)| *n += a * yc);
+        n.iter_mut().zip(a.col_as_slice(c)).for_each(|(n, a)| *n += a * y);
     }
 }
 
@@ -189,23 +192,25 @@ fn event_resolved(at: &Along) -> Result<Balance, HbmError> {
         std::iter::once(0.0).chain(ends).map(|theta| Integrals::new(n_h, theta)).collect();
     // the open phase has no interface terms
     let active: Vec<usize> = (0..sets.len()).filter(|&j| sets[j].count_closed() > 0).collect();
-    // ∫ f_k f_l over every phase, over the norm of f_k: phase by phase for all k and l
-    let mut integrals = vec![0.0; count * count * active.len()];
+    // ∫ f_k f_l over every phase, phase by phase for all k ≤ l
+    let mut integrals = Mat::<f64>::zeros(active.len(), pair(0, count));
     for (place, &j) in active.iter().enumerate() {
         let (a, b, op) = (&tables[j], &tables[j + 1], &operators[j]);
-        let at = |k: usize, l: usize| (l * count + k) * active.len() + place;
+        for l in 0..count {
+            for k in 0..=l {
+                let (f, g) = (functions[k], functions[l]);
+                integrals[(place, pair(k, l))] = b.product(f, g) - a.product(f, g);
+            }
+        }
         for k in 0..count {
             let scale = 1.0 / basis.weight(functions[k]);
-            for l in 0..count {
-                let (f, g) = (functions[k], functions[l]);
-                integrals[at(k, l)] = scale * (b.product(f, g) - a.product(f, g));
-            }
-            let constant = integrals[at(k, 0)];
+            let over = |l: usize| scale * integrals[(place, pair(k, l))];
+            let constant = over(0);
             n.of_mut(k).iter_mut().zip(&op.s).for_each(|(n, s)| *n -= constant * s);
             for (load, part) in interface.system.loads.harmonics.iter().zip(&op.loads) {
                 // cos(θ + φ) = cos φ cos θ − sin φ sin θ
                 let (sin, cos) = load.angle().sin_cos();
-                let c = load.size() * (cos * integrals[at(k, 1)] - sin * integrals[at(k, 2)]);
+                let c = load.size() * (cos * over(1) - sin * over(2));
                 n.of_mut(k).iter_mut().zip(part).for_each(|(n, p)| *n -= c * p);
             }
         }
@@ -236,10 +241,16 @@ fn event_resolved(at: &Along) -> Result<Balance, HbmError> {
     Ok(Balance { n, derivative, by_n, paths, crossings, sets, is_open, undecided })
 }
 
+/// Where a product of two functions stands among those of all.
+fn pair(k: usize, l: usize) -> usize {
+    let (k, l) = (k.min(l), k.max(l));
+    l * (l + 1) / 2 + k
+}
+
 /// The derivative at fixed switches: column by column of the operators, that of all phases times their integrals.
 fn add_phases(
     phases: &[&PhaseOperator],
-    integrals: &[f64],
+    integrals: &Mat<f64>,
     y: &Series,
     omega: f64,
     derivative: &mut Mat<f64>,
@@ -247,45 +258,50 @@ fn add_phases(
     let (Some(first), functions) = (phases.first(), y.basis.functions(y.n_h)) else { return };
     let (r, r_in, count) = (first.p.nrows(), y.n, functions.len());
     let rank = derivative.nrows() / count;
-    let of_function = |l: usize| {
-        let size = phases.len() * count;
-        MatRef::from_column_major_slice(&integrals[l * size..(l + 1) * size], phases.len(), count)
-    };
+    let (alpha, beta) = first.damping;
+    let is_damped = first.is_damped();
+    // Σ_j ∫ f_k f_l of a column of every phase
+    let mut sums = [0; 2].map(|_| Mat::<f64>::zeros(r, integrals.ncols()));
+    let mut columns = Mat::<f64>::zeros(r, phases.len());
+    let mut sum_up =
+        |c: usize, of: &dyn Fn(&PhaseOperator) -> Option<&Mat<f64>>, sum: &mut Mat<f64>| {
+            for (j, phase) in phases.iter().enumerate() {
+                let Some(matrix) = of(phase) else { return false };
+                columns.col_as_slice_mut(j).copy_from_slice(matrix.col_as_slice(c));
+            }
+            let (target, left, right) = (sum.as_mut(), columns.as_ref(), integrals.as_ref());
+            matmul(target, Accum::Replace, left, right, 1.0, Par::Seq);
+            true
+        };
     for c in 0..first.p.ncols() {
-        let p = Mat::from_fn(r, phases.len(), |i, j| phases[j].p[(i, c)]);
-        let a = column_of(phases, c, |op| op.a.as_ref());
-        let v = column_of(phases, c, |op| op.v.as_ref());
+        let [of_p, of_a] = &mut sums;
+        sum_up(c, &|op| Some(&op.p), of_p);
+        let has_inertia = sum_up(c, &|op| op.a.as_ref(), of_a);
         for (l, &(harmonic, is_sine)) in functions.iter().enumerate() {
             let lw = harmonic as f64 * omega;
-            let column = derivative.col_as_slice_mut(l * r_in + c);
-            let target = MatMut::from_column_major_slice_mut(column, rank, count);
-            let mut target = target.subrows_mut(0, r);
-            let mut add = |m: &Mat<f64>, function: usize, factor: f64| {
-                let (right, all) = (of_function(function), Accum::Add);
-                matmul(target.as_mut(), all, m.as_ref(), right, factor, Par::Seq);
-            };
-            add(&p, l, 1.0);
-            if let Some(a) = &a {
-                add(a, l, -lw * lw);
-            }
             // (cos lθ)′ = −l sin lθ, (sin lθ)′ = l cos lθ
-            if let (Some(v), true) = (&v, harmonic > 0) {
-                let (partner, sign) = if is_sine { (l - 1, 1.0) } else { (l + 1, -1.0) };
-                add(v, partner, sign * lw);
+            let (partner, rate) = if is_sine { (l.wrapping_sub(1), lw) } else { (l + 1, -lw) };
+            let column = derivative.col_as_slice_mut(l * r_in + c);
+            for (k, target) in column.chunks_exact_mut(rank).enumerate() {
+                let scale = 1.0 / y.basis.weight(functions[k]);
+                let mut add = |sum: &Mat<f64>, function: usize, factor: f64| {
+                    let factor = scale * factor;
+                    let of = sum.col_as_slice(pair(k, function));
+                    target.iter_mut().zip(of).for_each(|(t, s)| *t += factor * s);
+                };
+                add(of_p, l, 1.0);
+                if has_inertia {
+                    add(of_a, l, -lw * lw);
+                }
+                if is_damped && harmonic > 0 {
+                    add(of_p, partner, rate * beta);
+                    if has_inertia {
+                        add(of_a, partner, rate * alpha);
+                    }
+                }
             }
         }
     }
-}
-
-/// Column `c` of an operator of every phase, side by side, if phases have it.
-fn column_of(
-    phases: &[&PhaseOperator],
-    c: usize,
-    of: impl Fn(&PhaseOperator) -> Option<&Mat<f64>>,
-) -> Option<Mat<f64>> {
-    let all: Option<Vec<&[f64]>> =
-        phases.iter().map(|op| of(op).map(|m| m.col_as_slice(c))).collect();
-    all.map(|all| Mat::from_fn(all.first().map_or(0, |c| c.len()), all.len(), |i, j| all[j][i]))
 }
 
 /// The switches of a series move with it: `∂θ_s/∂y_l = −m f_l(θ_s)/h′(θ_s)` adds `(n⁻ − n⁺) f_k(θ_s) ∂θ_s/∂y_l` to the derivative.
@@ -324,8 +340,8 @@ impl Moving<'_> {
                 target.iter_mut().zip(step).for_each(|(t, s)| *t = s);
             }
             for l in 0..count {
-                for c in 0..operators[j].rows.ncols() {
-                    delays[(j, l * r + c)] = -operators[j].rows[(monitor, c)] * f[l] / slope;
+                for c in 0..operators[j].gradients.nrows() {
+                    delays[(j, l * r + c)] = -operators[j].gradients[(c, monitor)] * f[l] / slope;
                 }
             }
         }

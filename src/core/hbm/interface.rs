@@ -39,13 +39,13 @@ impl Form {
     }
 }
 
-/// One phase on the reduced directions: `n = P y + V ẏ + A ÿ − s − Σ_j (c_j cos + …)`.
+/// One phase on the reduced directions: `n = P y + V ẏ + A ÿ − s − Σ_j (c_j cos + …)` with `V = αA + βP`.
 #[derive(Debug)]
 pub struct PhaseOperator {
     /// Acting on `y = (y₁, y₂)` of the contact's directions.
     pub p: Mat<f64>,
-    /// Acting on `dy/dt`.
-    pub v: Option<Mat<f64>>,
+    /// `(α, β)`, zero where the phase adds nothing that damps.
+    pub damping: (f64, f64),
     /// Acting on `d²y/dt²`.
     pub a: Option<Mat<f64>>,
     /// Constant part.
@@ -54,8 +54,8 @@ pub struct PhaseOperator {
     pub loads: Vec<Vec<f64>>,
     /// The monitors of the phase.
     pub monitors: Vec<Monitor>,
-    /// One row a monitor, on `y₁`.
-    pub rows: Mat<f64>,
+    /// A column a monitor, over `y₁`.
+    pub gradients: Mat<f64>,
     /// Monitors at `u_O = 0`.
     pub offsets: Vec<f64>,
     /// What harmonic loads on `u_C` add to them.
@@ -65,10 +65,15 @@ pub struct PhaseOperator {
 }
 
 impl PhaseOperator {
+    /// Whether it acts on `dy/dt`.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.damping != (0.0, 0.0)
+    }
+
     /// What it takes of the memory.
     fn bytes(&self) -> usize {
         let of = |m: &Mat<f64>| 8 * m.nrows() * m.ncols();
-        let all = [Some(&self.p), self.v.as_ref(), self.a.as_ref(), Some(&self.rows)];
+        let all = [Some(&self.p), self.a.as_ref(), Some(&self.gradients)];
         all.into_iter().flatten().map(of).sum()
     }
 
@@ -293,8 +298,8 @@ impl Interface {
         y: &Series,
     ) -> Vec<f64> {
         let of_function = |f: usize| {
-            let of_first = y.of(f).iter().take(phase.rows.ncols());
-            let dot: f64 = of_first.enumerate().map(|(c, y)| phase.rows[(k, c)] * y).sum();
+            let along = y.of(f).iter().zip(phase.gradients.col_as_slice(k));
+            let dot: f64 = along.map(|(y, g)| g * y).sum();
             dot + phase.monitor_constant(k, f, &self.system.loads)
         };
         (0..y.basis.len(y.n_h)).map(of_function).collect()
@@ -345,9 +350,9 @@ impl Interface {
             .collect();
         let (alpha, beta) = self.damping();
         // the gradients of all monitors lie among the directions
-        let gradients: Vec<Vec<f64>> =
+        let along: Vec<Vec<f64>> =
             (0..r).map(|c| phase.monitor_gradient_at(self.lifted.col_as_slice(c), &[])).collect();
-        let rows = Mat::from_fn(phase.monitors.len(), r, |k, c| gradients[c][k]);
+        let gradients = Mat::from_fn(r, phase.monitors.len(), |c, k| along[c][k]);
         let offsets = phase.monitor_offsets();
         let drives = phase.drives();
         let length = system.units.length;
@@ -362,11 +367,21 @@ impl Interface {
             Form::Force => {
                 // springs of the obstacle neither damp nor have inertia
                 let springs = system.contact_has_inertia();
-                let damped = system.damping.is_some() && !springs;
-                let v = damped
-                    .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
+                let damping = if springs { (0.0, 0.0) } else { (alpha, beta) };
                 let a = (!springs).then_some(s_m);
-                Ok(PhaseOperator { p: s_k, v, a, s, loads, monitors, rows, offsets, drives, units })
+                let p = s_k;
+                Ok(PhaseOperator {
+                    p,
+                    damping,
+                    a,
+                    s,
+                    loads,
+                    monitors,
+                    gradients,
+                    offsets,
+                    drives,
+                    units,
+                })
             }
             Form::Acceleration => {
                 // M_α⁻¹ = I − Q T Qᵀ,  T = (I + S)⁻¹ S
@@ -380,7 +395,7 @@ impl Interface {
                 let mut p = Mat::<f64>::zeros(r, 2 * r);
                 p.subcols_mut(0, r).copy_from(&keep * &s_k);
                 p.subcols_mut(r, r).copy_from(-&t);
-                let v = (beta > 0.0).then(|| Mat::from_fn(r, p.ncols(), |i, j| beta * p[(i, j)]));
+                let damping = (0.0, beta.max(0.0));
                 // (I − T)(−Δf) + T Qᵀ f₀, written as −s
                 let lift = |difference: &[f64], of_open: &[f64]| -> Vec<f64> {
                     let column = |x: &[f64]| Mat::from_fn(x.len(), 1, |i, _| x[i]);
@@ -393,12 +408,12 @@ impl Interface {
                 let loads = loads.iter().zip(harmonics).map(|(d, f0)| lift(d, f0)).collect();
                 Ok(PhaseOperator {
                     p,
-                    v,
+                    damping,
                     a: None,
                     s,
                     loads,
                     monitors,
-                    rows,
+                    gradients,
                     offsets,
                     drives,
                     units,

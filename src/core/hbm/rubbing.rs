@@ -270,10 +270,10 @@ impl Sums<'_, '_> {
                     let product = sigma * products.at(k, l);
                     self.n.of_mut(k)[c] += product * limit[l];
                     let Some(row) = row else { break };
-                    for j in 0..op.rows.ncols() {
+                    for j in 0..op.gradients.nrows() {
                         let place = (self.row(k), self.column(l, j));
                         self.derivatives.by_y[place] +=
-                            product * factor * self.rub.scale * op.rows[(row, j)];
+                            product * factor * self.rub.scale * op.gradients[(j, row)];
                     }
                 }
             }

@@ -20,7 +20,7 @@ use super::listed::{Listed, ordered};
 use super::{ElementKind, Point};
 
 /// Keywords that change what the body does.
-const MECHANICS: [&str; 20] = [
+const MECHANICS: [&str; 19] = [
     "EQUATION",
     "MPC",
     "RIGID BODY",
@@ -40,8 +40,10 @@ const MECHANICS: [&str; 20] = [
     "PRE-TENSION SECTION",
     "CYCLIC SYMMETRY MODEL",
     "EMBEDDED ELEMENT",
-    "INCLUDE",
 ];
+
+/// Keywords whose lines of data may stand in a file of their own.
+const WITH_INPUT: [&str; 5] = ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"];
 
 /// Keywords that make or move nodes and elements.
 const GENERATORS: [&str; 10] = [
@@ -94,6 +96,26 @@ impl Keyword {
     fn get(&self, key: &str) -> Option<&str> {
         self.parameters.iter().find(|p| p.0 == key).map(|p| p.1.as_str())
     }
+}
+
+/// What a keyword line takes from another file, `*INCLUDE, INPUT=…` or `*NODE, INPUT=…`: the file, and the line without it, if anything is left.
+pub fn input_of(line: &str) -> Option<(String, Option<String>)> {
+    let keyword = Keyword::parse(0, line);
+    let file = keyword.get("INPUT").filter(|file| !file.is_empty())?.to_owned();
+    if keyword.name == "INCLUDE" {
+        return Some((file, None));
+    }
+    let others = keyword.parameters.iter().filter(|p| p.0 != "INPUT");
+    let rest = others.fold(format!("*{}", keyword.name), |rest, (key, value)| match &value[..] {
+        "" => format!("{rest}, {key}"),
+        value => format!("{rest}, {key}={value}"),
+    });
+    WITH_INPUT.contains(&&keyword.name[..]).then_some((file, Some(rest)))
+}
+
+/// Whether a keyword line begins the first step, behind which nothing is read.
+pub fn begins_step(line: &str) -> bool {
+    Keyword::parse(0, line).name == "STEP"
 }
 
 /// The kind of an element type, if it is one of a mesh: `C3D20R`, `CPS4`, `CAX8`.
@@ -223,9 +245,12 @@ fn short(keyword: &Keyword, element: i64) -> GmshError {
 impl Deck {
     fn begin(&mut self, keyword: &Keyword) -> Result<(), GmshError> {
         let name = keyword.name.as_str();
-        if MECHANICS.contains(&name) && (!self.only_nodes || name == "INCLUDE") {
+        if name == "INCLUDE" {
+            let help = "*INCLUDE, INPUT=file, relative to the deck";
+            return Err(error(keyword.line, "*INCLUDE names no file that is read here", help));
+        }
+        if MECHANICS.contains(&name) && !self.only_nodes {
             let (what, help) = match name {
-                "INCLUDE" => ("names another file", "put its lines into the deck"),
                 "SHELL SECTION" | "BEAM SECTION" | "MEMBRANE SECTION" => (
                     "is of elements that are no solid bodies",
                     "mesh the body in solid elements, or bring its matrices",
@@ -243,7 +268,7 @@ impl Deck {
             return refuse(format!("*{name} makes or moves nodes or elements"), help);
         }
         if let Some(key) = ["INPUT", "SYSTEM"].into_iter().find(|k| keyword.get(k).is_some())
-            && matches!(name, "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE")
+            && WITH_INPUT.contains(&name)
         {
             let help = "write the deck anew with its nodes and elements in it, along x, y and z";
             return refuse(format!("*{name} with {key}= is not read"), help);
@@ -614,7 +639,7 @@ mod tests {
             ("RIGHT, S2", "7, S2", "element 7"),
             ("RIGHT, S2", "RIGHT, S5", "no face S5"),
             ("*Heading", "*EQUATION", "*EQUATION couples"),
-            ("*Heading", "*Include, input=a.inp", "*INCLUDE names"),
+            ("*Heading", "*Include", "*INCLUDE names"),
             ("2, 1., 0.", "2, 1., x", "no coordinate"),
             ("2, 1., 0.", "1, 1., 0.", "twice"),
             ("*Heading", "*PART, NAME=A\n*PART, NAME=B", "has 2 parts"),

@@ -14,6 +14,7 @@ use super::period_map::integrate;
 use super::segments::Segments;
 use super::shooting::Closure;
 use super::touch::Minima;
+use super::visits::{Visit, is_moment, merged, thinned, visits};
 use super::{OrbitError, tolerate};
 use crate::contact::{PointState, States};
 use crate::continuation::{Family, Place, correct, dot, tangent};
@@ -24,14 +25,10 @@ const NEARBY: f64 = 0.05;
 const LOST: f64 = 0.2;
 /// So many of them are tried, the nearest first.
 const MOST: usize = 4;
-/// Contacts whose distances from grazing differ by less, relative, graze together: of a symmetric body. Visits whose ends differ by less of their duration are one.
+/// Contacts whose distances from grazing differ by less, relative, graze together: of a symmetric body.
 const TOGETHER: f64 = 1e-3;
-/// Times that differ by less, over the period, are one time of contacts that graze together.
-const AT_ONCE: f64 = 1e-9;
 /// The middle of the same visit in another reading of the motion, over the period.
 const SAME: f64 = 5e-3;
-/// Visits below this, over the period, are what rounding errors make of a grazing.
-const MOMENT: f64 = 1e-6;
 /// How often the sequence of switches is read anew on the way to a grazing.
 const READINGS: usize = 4;
 /// A grazing lies ahead if the way to it has at least this cosine with the branch, or is this short.
@@ -103,98 +100,6 @@ impl Candidate {
     fn points(&self) -> impl Iterator<Item = usize> {
         self.visit.iter().map(|(point, _)| *point)
     }
-}
-
-/// A visit in a chart: of a point that comes and leaves, or of several that do so together.
-#[derive(Debug)]
-struct Visit {
-    /// The points, with their states during it, and the switches by which each comes and leaves.
-    of: Vec<((usize, PointState), (usize, usize))>,
-    /// When it begins and ends.
-    span: (f64, f64),
-}
-
-impl Visit {
-    fn duration(&self) -> f64 {
-        self.span.1 - self.span.0
-    }
-
-    fn middle(&self) -> f64 {
-        0.5 * (self.span.0 + self.span.1)
-    }
-
-    /// Whether a switch of a point is one end of it.
-    fn has(&self, j: usize, point: usize) -> bool {
-        self.of.iter().any(|((p, _), (a, b))| *p == point && (j == *a || j == *b))
-    }
-}
-
-/// The switches of a point in a chart.
-fn switches_of(chain: &Chain, point: usize) -> Vec<usize> {
-    let at = |j: usize| chain.sets[j].at(point);
-    (0..chain.events()).filter(|&j| at(j) != at(j + 1)).collect()
-}
-
-/// The visits of a chart that are no longer than `longest`, in the order of their beginnings; what lies between is another's business.
-fn visits(chain: &Chain, times: &[f64], longest: f64) -> Vec<Visit> {
-    let mut found: Vec<Visit> = vec![];
-    for point in 0..chain.sets[0].len() {
-        for pair in switches_of(chain, point).windows(2) {
-            let (a, b) = (pair[0], pair[1]);
-            let returns = chain.sets[a].at(point) == chain.sets[b + 1].at(point);
-            if returns && times[b] - times[a] <= longest {
-                let to = chain.sets[a + 1].at(point);
-                found.push(Visit { of: vec![((point, to), (a, b))], span: (times[a], times[b]) });
-            }
-        }
-    }
-    found.sort_by(|a, b| a.span.0.total_cmp(&b.span.0));
-    found.dedup_by(|b, a| {
-        let tolerance = TOGETHER * a.duration();
-        let is_same = b.span.0 - a.span.0 <= tolerance && (b.span.1 - a.span.1).abs() <= tolerance;
-        if is_same {
-            a.of.append(&mut b.of);
-        }
-        is_same
-    });
-    found
-}
-
-/// The active sets of a chart where they change, those of switches at one time as one change.
-fn merged(chain: &Chain, times: &[f64], end: f64) -> (States, Vec<(f64, States)>) {
-    let is_last = |&j: &usize| times.get(j + 1).is_none_or(|t| t - times[j] > AT_ONCE * end);
-    let changes = (0..times.len()).filter(is_last).map(|j| (times[j], chain.sets[j + 1].clone()));
-    (chain.sets[0].clone(), changes.collect())
-}
-
-/// Whether switch `j` of a point is one end of a visit that rounding errors make of a grazing.
-fn is_moment(chain: &Chain, times: &[f64], (j, point): (usize, usize), end: f64) -> bool {
-    switches_of(chain, point).windows(2).any(|pair| {
-        let (a, b) = (pair[0], pair[1]);
-        let returns = chain.sets[a].at(point) == chain.sets[b + 1].at(point);
-        (a == j || b == j) && returns && times[b] - times[a] <= MOMENT * end
-    })
-}
-
-/// A chart without the switches that `is_gone` tells of, by their number and point.
-fn thinned(
-    chain: &Chain,
-    times: &[f64],
-    is_gone: impl Fn(usize, usize) -> bool,
-) -> (Chain, Vec<f64>) {
-    let mut set = chain.sets[0].clone();
-    let (mut sets, mut points, mut left) = (vec![set.clone()], vec![], vec![]);
-    for (j, pair) in chain.sets.windows(2).enumerate() {
-        let stay: Vec<_> =
-            pair[0].changes(&pair[1]).filter(|(point, ..)| !is_gone(j, *point)).collect();
-        let Some(&(first, ..)) = stay.first() else { continue };
-        stay.iter().for_each(|&(point, _, to)| set.set(point, to));
-        let told = stay.iter().find(|change| change.0 == chain.points[j]).map_or(first, |c| c.0);
-        sets.push(set.clone());
-        points.push(told);
-        left.push(times[j]);
-    }
-    (Chain { sets, points, struck: vec![] }, left)
 }
 
 /// Where a branch comes from, and in which metric it is measured.

@@ -90,6 +90,7 @@ mod touch;
 #[doc(hidden)]
 pub mod values;
 pub mod viscous;
+mod visits;
 pub(crate) mod walk;
 
 pub use chain::{Chain, LARGE, Propagator, Spent};

@@ -47,6 +47,7 @@ pub(crate) fn run_text(
     lcp_check(&mut out, report);
     work(&mut out, (scene, system), report, wall_s);
     forces(&mut out, &said["forces"]);
+    pressure(&mut out, &said["pressure"]);
     probes(&mut out, &said["probes"]);
     out.0
 }
@@ -430,6 +431,17 @@ fn forces(out: &mut Lines, all: &Value) {
         );
         out.line(head, text);
     }
+}
+
+/// The largest pressure, where and when.
+fn pressure(out: &mut Lines, of: &Value) {
+    let (Some(largest), Some(t)) = (of["largest"].as_f64(), of["t"].as_f64()) else { return };
+    let head = if of["is_force"] == true { "at a node" } else { "pressure" };
+    let (largest, t) = (significant(largest, 6), significant(t, 6));
+    out.line(
+        head,
+        format!("at most {largest} at node {} (at t = {t}, of the stored states)", of["node"]),
+    );
 }
 
 /// The largest of what probes saw, by quantity.
