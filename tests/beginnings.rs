@@ -15,7 +15,7 @@ fn new_scenes_run_as_they_are() {
             .output()
             .unwrap()
     };
-    for kind in ["bar", "plate", "mesh", "matrices"] {
+    for kind in ["bar", "plate", "mesh", "space", "response", "matrices"] {
         let made = signorini(&["new", kind, "mine"]);
         assert!(made.status.success(), "{kind}: {}", String::from_utf8_lossy(&made.stderr));
         let text = std::fs::read_to_string(place.path().join("mine.toml")).unwrap();

@@ -47,7 +47,7 @@ fn taken() -> Vec<(String, String)> {
     }
     assert!(all.len() >= 20);
     let place = tempfile::tempdir().unwrap();
-    for kind in ["bar", "plate", "mesh", "matrices"] {
+    for kind in ["bar", "plate", "mesh", "space", "response", "matrices"] {
         let stem = place.path().join(kind);
         assert!(run(&["new", kind, stem.to_str().unwrap()]).status.success());
         let text = std::fs::read_to_string(stem.with_extension("toml")).unwrap();

@@ -31,6 +31,10 @@ enum Kind {
     Plate,
     /// A body from a mesh of Gmsh, with a mesh
     Mesh,
+    /// A body in space from a mesh, with a mesh
+    Space,
+    /// A driven and damped plate, for a frequency response
+    Response,
     /// Matrices of your own, with matrices
     Matrices,
 }
@@ -41,6 +45,8 @@ impl Kind {
             Kind::Bar => "bar",
             Kind::Plate => "plate",
             Kind::Mesh => "mesh",
+            Kind::Space => "space",
+            Kind::Response => "response",
             Kind::Matrices => "matrices",
         }
     }
@@ -54,6 +60,11 @@ impl Kind {
                 (".toml", include_str!("mesh.toml")),
                 (".msh", include_str!("../../../scenarios/meshes/half-disc.msh")),
             ],
+            Kind::Space => vec![
+                (".toml", include_str!("space.toml")),
+                (".msh", include_str!("../../../scenarios/meshes/block.msh")),
+            ],
+            Kind::Response => vec![(".toml", include_str!("response.toml"))],
             Kind::Matrices => vec![
                 (".toml", include_str!("matrices.toml")),
                 ("-M.mtx", include_str!("../../../scenarios/two-mass-stop-M.mtx")),
@@ -86,7 +97,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         replace(path, text.as_bytes())?;
     }
     let written: Vec<String> = files.iter().map(|f| f.0.display().to_string()).collect();
-    let next = format!("signorini run {}", written[0]);
+    let command = match arguments.kind {
+        Kind::Response => "response",
+        _ => "run",
+    };
+    let next = format!("signorini {command} {}", written[0]);
     Ok(global.answer(
         || json!({"written": written}),
         || format!("written: {}\n  next: {next}\n", written.join(", ")),
