@@ -1,9 +1,12 @@
-//! Contact on a part of an edge: `from`, `box`, `where`.
+//! Contact and supports on a part of an edge: `from`, `box`, `where`, and at chosen nodes.
 
 use std::path::Path;
 
 use crate::common::{json, run};
+use nalgebra::DMatrix;
 use serde_json::Value;
+use signorini::problem::Problem;
+use signorini::scenario::Scene;
 
 fn scene(folder: &Path, contact: &str) -> String {
     let text = format!(
@@ -164,5 +167,77 @@ fn nodes_that_are_none_are_refused() {
         let said = String::from_utf8_lossy(&output.stderr).replace('\n', " ");
         assert_eq!(output.status.code(), Some(2), "{keys}: {said}");
         assert!(said.contains(at) && said.contains(words), "{keys}: {said}");
+    }
+}
+
+/// Supports on a part of an edge, and at chosen nodes: frequencies are those of the free plate's matrices without the rows and columns of what they hold.
+#[test]
+fn supports_hold_parts_and_nodes() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |supports: &str| {
+        format!(
+            "[body]\nkind = 'plate'\nsize = [1.0, 0.6]\nelements = [5, 6]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmass = 'lumped'\n{supports}"
+        )
+    };
+    let path = folder.path().join("s.toml");
+    let free = Scene::parse(&text(""), &path).unwrap();
+    let free = Problem::new(&free, None).unwrap().system;
+    let (body, mesh) = (&free.body, &free.body.mesh);
+    let entry = |node: usize, c: usize| body.dofs.terms(node, c).next().unwrap().0;
+    let at = |x: f64, low: f64, high: f64| -> Vec<usize> {
+        let lies = |p: &[f64; 3]| (p[0] - x).abs() < 1e-9 && low < p[1] && p[1] < high;
+        (0..mesh.n_nodes()).filter(|&n| lies(&mesh.nodes()[n])).collect()
+    };
+    let (lower, corner) = (at(0.0, -1.0, 0.31), at(1.0, 0.59, 1.0));
+    let three = [at(0.0, -1.0, 0.01), at(0.0, 0.59, 1.0)].concat();
+    assert_eq!((lower.len(), corner.len(), three.len()), (4, 1, 2));
+    let both = |nodes: &[usize]| -> Vec<(usize, usize)> {
+        nodes.iter().flat_map(|&n| [(n, 0), (n, 1)]).collect()
+    };
+    let part = |key: &str| format!("[[support]]\nedge = 'left'\n{key}\nfix = ['x', 'y']\n");
+    let pinned = format!(
+        "[[support]]\nedge = 'left'\nnodes = {three:?}\nfix = ['x']\n[[support]]\nedge = 'left'\nnodes = {three:?}\nfix = ['y']\n\
+         [[support]]\nedge = 'right'\nnodes = {corner:?}\nfix = ['x']\n"
+    );
+    let of_pinned = [both(&three), vec![(corner[0], 0)]].concat();
+    for (supports, held) in [
+        (part("where = 'y < 0.3'"), both(&lower)),
+        (part("box = [[0.0, 0.0], [0.0, 0.3]]"), both(&lower)),
+        (part(&format!("nodes = {lower:?}")), both(&lower)),
+        (pinned, of_pinned),
+    ] {
+        let held: Vec<usize> = held.into_iter().map(|(n, c)| entry(n, c)).collect();
+        let left: Vec<usize> = (0..body.dofs.n()).filter(|i| !held.contains(i)).collect();
+        let mass = |i: usize| *body.mass.entry(i, i).unwrap();
+        let scaled = DMatrix::from_fn(left.len(), left.len(), |a, b| {
+            let (i, j) = (left[a], left[b]);
+            body.stiffness.entry(i, j).unwrap_or(&0.0) / (mass(i) * mass(j)).sqrt()
+        });
+        let mut wanted: Vec<f64> =
+            scaled.symmetric_eigenvalues().iter().map(|l| l.max(0.0).sqrt()).collect();
+        wanted.sort_by(f64::total_cmp);
+        std::fs::write(&path, text(&supports)).unwrap();
+        let said = json(&["modes", path.to_str().unwrap()]);
+        let omega = said["open"]["omega"].as_array().unwrap();
+        let found: Vec<f64> = omega.iter().map(|w| w.as_f64().unwrap()).collect();
+        assert!(found.len() >= 5 && found[0] > 0.1, "{found:?}");
+        for (f, w) in found.iter().zip(&wanted) {
+            assert!((f - w).abs() < 1e-9 * wanted[4], "{supports}: {found:?} {wanted:?}");
+        }
+    }
+    for (supports, words) in [
+        (part("nodes = [3, 99]"), "\"left\" has no node 99"),
+        (part("nodes = [3, 3]"), "names 3 twice"),
+        (part("nodes = []"), "names no node"),
+        (part("nodes = [0]\nwhere = 'y > 0.1'"), "stands beside nodes"),
+        (part("where = 'y > 3'"), "the middle of no side"),
+        (part("where = 'y'"), "cannot read the condition"),
+    ] {
+        std::fs::write(&path, text(&supports)).unwrap();
+        let out = run(&["modes", path.to_str().unwrap()]);
+        let said = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(2), "{said}");
+        let said = said.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
+        assert!(said.contains(words), "{words}: {said}");
     }
 }

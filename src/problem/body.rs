@@ -109,13 +109,46 @@ fn chosen(
     Ok((nodes, facets))
 }
 
-/// The mesh with the parts of groups that obstacles face, as groups of their own.
+/// A part of a group, as a scene chooses it.
+struct Part<'s> {
+    /// Where.
+    key: String,
+    group: &'s str,
+    portion: &'s Portion,
+    /// What it is called.
+    name: &'s str,
+    faces_obstacle: bool,
+}
+
+/// The parts of groups that obstacles face, then those that supports hold.
+fn parts_of(scene: &Scene) -> Vec<Part<'_>> {
+    let contact = scene.contact.iter();
+    let obstacles = contact.flat_map(|c| c.obstacles.iter().enumerate().map(move |o| (c, o)));
+    let of_obstacles = obstacles.filter_map(|(c, (k, o))| {
+        let (group, portion) = o.portion.as_ref()?;
+        let key = c.key(k, portion.key());
+        Some(Part { key, group, portion, name: &o.group, faces_obstacle: true })
+    });
+    let of_supports = scene.supports.iter().enumerate().filter_map(|(i, s)| {
+        let (group, portion) = s.part()?;
+        let key = format!("support[{i}].{}", portion.key());
+        Some(Part { key, group, portion, name: s.group(), faces_obstacle: false })
+    });
+    of_obstacles.chain(of_supports).collect()
+}
+
+/// The mesh with the parts of groups that obstacles face and supports hold, as groups of their own.
 fn portions(scene: &Scene, mesh: Mesh, tags: &[Option<i64>]) -> Result<Mesh, ProblemError> {
     let mut added: Vec<(String, Vec<Facet>)> = vec![];
     let mut at_nodes: Vec<(String, Vec<usize>)> = vec![];
-    for (k, o) in scene.contact.iter().flat_map(|c| c.obstacles.iter().enumerate()) {
-        let Some((group, portion)) = &o.portion else { continue };
-        let key = || scene.contact.as_ref().map_or(String::new(), |c| c.key(k, portion.key()));
+    for Part { key, group, portion, name, faces_obstacle } in parts_of(scene) {
+        if added.iter().any(|(other, _)| other == name) {
+            if !faces_obstacle {
+                continue;
+            }
+            let issue = Issue::new(key, "is that of another obstacle", "give it once");
+            return Err(scene.error(issue).into());
+        }
         let facets = mesh.group(group);
         let middle = |f: &Facet| {
             let nodes = mesh.side_nodes(*f);
@@ -140,8 +173,8 @@ fn portions(scene: &Scene, mesh: Mesh, tags: &[Option<i64>]) -> Result<Mesh, Pro
             behind += own;
         }
         if let Portion::Nodes(wanted) = portion {
-            let (nodes, on) = chosen(scene, (key(), wanted), (&mesh, group), tags)?;
-            at_nodes.push((o.group.clone(), nodes));
+            let (nodes, on) = chosen(scene, (key.clone(), wanted), (&mesh, group), tags)?;
+            at_nodes.push((name.to_owned(), nodes));
             sides = on;
         }
         if sides.is_empty() {
@@ -155,13 +188,9 @@ fn portions(scene: &Scene, mesh: Mesh, tags: &[Option<i64>]) -> Result<Mesh, Pro
                 ranges.join(", ")
             );
             let help = "give a larger part, or a finer mesh";
-            return Err(scene.error(Issue::new(key(), message, help)).into());
+            return Err(scene.error(Issue::new(key, message, help)).into());
         }
-        if added.iter().any(|(name, _)| *name == o.group) {
-            let issue = Issue::new(key(), "is that of another obstacle", "give it once");
-            return Err(scene.error(issue).into());
-        }
-        added.push((o.group.clone(), sides));
+        added.push((name.to_owned(), sides));
     }
     if added.is_empty() {
         return Ok(mesh);

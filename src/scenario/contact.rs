@@ -11,7 +11,7 @@ use super::counted::Counted;
 use super::meeting::{GapKey, Meeting, ProjectionKey, SidesKey};
 use super::nodes::NodesKey;
 use super::number::{Check, finite, length, positive};
-use super::portion::Portion;
+use super::portion::{Keys, Portion};
 use super::side::{EdgeKey, side};
 use super::{
     Activation, BodyKind, BoundaryMass, ContactMethod, Field, Inertia, Instants, Issue,
@@ -369,7 +369,7 @@ impl Tables {
     /// The part of its edge or group that a table is about.
     fn portion(&self, kind: BodyKind, k: usize, t: &Table) -> Result<Option<Portion>, Issue> {
         let nodes = match &t.nodes {
-            Some(NodesKey::Numbers(nodes)) if kind != BodyKind::Matrices => Some(nodes.clone()),
+            Some(NodesKey::Numbers(nodes)) if kind != BodyKind::Matrices => Some(&nodes[..]),
             Some(NodesKey::Set(set)) if kind != BodyKind::Matrices => {
                 let message = format!("\"{set}\" is a name, and the numbers of nodes are wanted");
                 let help = "nodes = [12, 17]; a set of a deck is a group of sides: group = \"…\"";
@@ -377,38 +377,16 @@ impl Tables {
             }
             _ => None,
         };
-        let given = [
-            ("from", t.from.map(Portion::From)),
-            ("box", t.r#box.clone().map(Portion::Box)),
-            ("nodes", nodes.map(Portion::Nodes)),
-            (
-                "where",
-                match &t.r#where {
-                    None => None,
-                    Some(text) => Some(Portion::condition(text).map_err(|why| {
-                        let help = "where = \"x > 0.9\"";
-                        Issue::new(self.key(k, "where"), why, help)
-                    })?),
-                },
-            ),
-        ];
-        let mut found: Option<Portion> = None;
-        for (name, portion) in given {
-            let Some(portion) = portion else { continue };
-            let (message, help) = match (&found, t.slave.is_some()) {
-                (Some(other), _) => (format!("stands beside {}", other.key()), "give one of them"),
-                (None, true) => (
-                    "is for rigid obstacles; a slave meets what lies before it".to_owned(),
-                    "remove the key, or give the part a group of its own in the mesh",
-                ),
-                (None, false) => {
-                    found = Some(portion);
-                    continue;
-                }
-            };
-            return Err(Issue::new(self.key(k, name), message, help));
+        let keys =
+            Keys { from: t.from, r#box: t.r#box.as_ref(), nodes, r#where: t.r#where.as_deref() };
+        match Portion::given(&keys, &|name| self.key(k, name))? {
+            Some(part) if t.slave.is_some() => {
+                let message = "is for rigid obstacles; a slave meets what lies before it";
+                let help = "remove the key, or give the part a group of its own in the mesh";
+                Err(Issue::new(self.key(k, part.key()), message, help))
+            }
+            found => Ok(found),
         }
-        Ok(found)
     }
 
     /// The sides that a table is about, and the surface that they meet in a pair.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Body, BodyKind, Change, Scene};
+use super::{Body, BodyKind, Change, Portion, Scene, Support};
 
 /// Numbers of elements along each axis, a list a body: `10`, `10x3`, `10x3+8x4`. Without a list the body has no elements that could be other ones.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -86,10 +86,14 @@ fn rounded(n: usize, by: usize) -> usize {
 }
 
 impl Scene {
-    /// Whether all of its bodies have elements that could be other ones: none comes from a file.
+    /// Whether all of its bodies have elements that could be other ones: none comes from a file, and no node is named.
     pub(crate) fn has_elements_of_choice(&self) -> bool {
         let is_given = |b: &Body| matches!(b.kind, BodyKind::Matrices | BodyKind::Mesh);
-        !self.bodies().iter().any(|(_, b)| is_given(b))
+        let names = |s: &Support| matches!(s.part(), Some((_, Portion::Nodes(_))));
+        let named = self.contact.as_ref().is_some_and(|c| c.at_nodes().is_some());
+        !named
+            && !self.supports.iter().any(names)
+            && !self.bodies().iter().any(|(_, b)| is_given(b))
     }
 }
 

@@ -198,6 +198,7 @@ impl Scene {
         let merged = std::mem::take(&mut scene.tables).merge(scene.body.kind);
         scene.contact = merged.map_err(|issue| scene.error(issue))?;
         scene.take_nodes().map_err(|issue| scene.error(issue))?;
+        scene.take_parts().map_err(|issue| scene.error(issue))?;
         scene.take_superelement().map_err(|issue| scene.error(issue))?;
         scene.check().map_err(|issue| scene.error(issue))?;
         Ok(scene)

@@ -1,4 +1,4 @@
-//! Contact on a part of an edge or a group: `from`, `box`, `where`; at chosen nodes of it: `nodes`.
+//! Contact and supports on a part of an edge or a group: `from`, `box`, `where`; at chosen nodes of it: `nodes`.
 
 use super::nodes::check_once;
 use super::number::{Check, finite, length};
@@ -21,6 +21,15 @@ pub enum Portion {
     },
     /// At nodes, by their numbers in the file of the mesh, of generated bodies from 0: without an area.
     Nodes(Vec<i64>),
+}
+
+/// The keys of a table that choose a part, of which one may be given.
+#[derive(Debug, Default)]
+pub(super) struct Keys<'a> {
+    pub from: Option<[f64; 2]>,
+    pub r#box: Option<&'a [Vec<f64>; 2]>,
+    pub nodes: Option<&'a [i64]>,
+    pub r#where: Option<&'a str>,
 }
 
 /// So many nodes are written out in a name.
@@ -50,6 +59,31 @@ impl Portion {
         };
         let chains = text.split(AND).map(chain).collect::<Result<_, _>>()?;
         Ok(Portion::Where { text: text.to_owned(), chains })
+    }
+
+    /// The part that a table chooses, if it does; `key` is where its keys stand.
+    pub(super) fn given(
+        keys: &Keys,
+        key: &dyn Fn(&str) -> String,
+    ) -> Result<Option<Portion>, Issue> {
+        let of_condition = |text: &str| {
+            Portion::condition(text)
+                .map_err(|why| Issue::new(key("where"), why, "where = \"x > 0.9\""))
+        };
+        let given = [
+            keys.from.map(Portion::From),
+            keys.r#box.cloned().map(Portion::Box),
+            keys.nodes.map(|nodes| Portion::Nodes(nodes.to_vec())),
+            keys.r#where.map(of_condition).transpose()?,
+        ];
+        let mut given = given.into_iter().flatten();
+        match (given.next(), given.next()) {
+            (Some(one), Some(other)) => {
+                let message = format!("stands beside {}", one.key());
+                Err(Issue::new(key(other.key()), message, "give one of them"))
+            }
+            (one, _) => Ok(one),
+        }
     }
 
     /// What the group is called whose sides these are.

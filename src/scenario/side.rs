@@ -91,7 +91,7 @@ impl Scene {
     pub(crate) fn named_sides(&self) -> Vec<(String, &str)> {
         let supports = self.supports.iter().enumerate();
         let mut named: Vec<(String, &str)> =
-            supports.map(|(i, s)| (format!("support[{i}].group"), s.group())).collect();
+            supports.map(|(i, s)| (format!("support[{i}].group"), s.whole())).collect();
         if let Some(c) = &self.contact {
             let obstacles = c.obstacles.iter().enumerate();
             named.extend(obstacles.flat_map(|(k, o)| {
