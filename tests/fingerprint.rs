@@ -58,6 +58,7 @@ const WORDS: [&str; 52] = [
     "material[].group",
     "run.store[]",
     "support[].group",
+    "support[].where",
     "spring[].group",
     "spring[].to",
     "damper[].group",

@@ -442,7 +442,7 @@ fn decks_may_be_in_several_files() {
     let scene = |file: &str| {
         let text = format!(
             "[body]\nkind = 'mesh'\nfile = '{file}'\n[[material]]\ngroup = 'BODY'\nyoung = 210000.0\npoisson = 0.3\ndensity = 7.85e-9\n\
-             [[support]]\ngroup = 'WALL'\nfix = ['x', 'y', 'z']\n[contact]\ngroup = 'FRONT'\ngap = 0.1\n[run]\nuntil = 1e-5\n"
+             [[support]]\ngroup = 'WALL'\nfix = ['x', 'y', 'z']\n"
         );
         written(folder.path(), "scene.toml", &text)
     };

@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::common::{json, run};
 use nalgebra::DMatrix;
 use serde_json::Value;
-use signorini::problem::Problem;
-use signorini::scenario::Scene;
+use signorini::fem::{Body, DofMap, MassForm, Material};
+use signorini::mesh::structured;
 
 fn scene(folder: &Path, contact: &str) -> String {
     let text = format!(
@@ -180,9 +180,11 @@ fn supports_hold_parts_and_nodes() {
         )
     };
     let path = folder.path().join("s.toml");
-    let free = Scene::parse(&text(""), &path).unwrap();
-    let free = Problem::new(&free, None).unwrap().system;
-    let (body, mesh) = (&free.body, &free.body.mesh);
+    let mesh = structured::rectangle(1.0, 0.6, 5, 6);
+    let dofs = DofMap::new(&mesh, &[], &[]).unwrap();
+    let material = Material::plate(1.0, 0.3, 1.0, 1.0);
+    let body = Body::assemble(mesh, dofs, &[material], MassForm::Lumped);
+    let mesh = &body.mesh;
     let entry = |node: usize, c: usize| body.dofs.terms(node, c).next().unwrap().0;
     let at = |x: f64, low: f64, high: f64| -> Vec<usize> {
         let lies = |p: &[f64; 3]| (p[0] - x).abs() < 1e-9 && low < p[1] && p[1] < high;

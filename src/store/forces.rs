@@ -99,13 +99,17 @@ impl Writer {
         let Ok(pressure) = file.dataset("trajectory/pressure") else { return Ok(None) };
         let pressure: Array2<f64> = pressure.table()?;
         let t: Vec<f64> = file.dataset("trajectory/t")?.values()?;
-        let nodes: Vec<i64> = file.dataset("mesh/contact_nodes")?.values()?;
+        // points need not be nodes
+        let nodes: Vec<i64> = match file.dataset("mesh/contact_nodes") {
+            Ok(nodes) => nodes.values()?,
+            Err(_) => (0..pressure.ncols() as i64).collect(),
+        };
         let areas: Vec<f64> = file.dataset("mesh/contact_area")?.values()?;
         let most = pressure.indexed_iter().max_by(|a, b| a.1.total_cmp(b.1));
         Ok(most.filter(|(_, p)| **p > 0.0).map(|((row, point), &largest)| PressureRecord {
             largest,
             t: t[row],
-            node: nodes[point],
+            node: nodes.get(point).copied().unwrap_or(-1),
             is_force: areas.iter().all(|a| *a == 1.0),
         }))
     }

@@ -183,3 +183,32 @@ impl Condensed {
         (1.0 + row * column).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::inertia::{ConstantMass, Inertia};
+    use crate::contact::{Contacts, Gaps, MassChoice, Stress, System};
+    use crate::fem::{DofMap, Facing, Held, MassForm, Material};
+    use crate::mesh::structured;
+
+    /// Who asks whether contact displacements have inertia forms no matrix of the whole body: in space that took longer than all else before a run.
+    #[test]
+    fn to_ask_for_the_inertia_of_the_contact_forms_nothing() {
+        let mesh = structured::rectangle(1.0, 0.5, 5, 4);
+        let held = [Held::along("left", 0), Held::along("left", 1)];
+        let dofs = DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap();
+        let gaps = Gaps::front(vec![0.3; dofs.contact.len()]);
+        let material = Material::plate(2.0, 0.3, 1.5, 1.0);
+        let body = Body::assemble(mesh, dofs, &[material], MassForm::Lumped);
+        let contacts = Contacts { gaps, lumped: true };
+        let choice = (Stress::Reaction, MassChoice::Condensed);
+        let system = System::new(body, &contacts, choice).unwrap();
+        let Inertia::Constant(c) = system.inertia() else { panic!("no constant mass") };
+        let ConstantMass::Condensed { mass, .. } = &**c else { panic!("it is formed") };
+        assert!(system.has_massless_contact() && mass.formed.get().is_none());
+        // what is formed says the same
+        let whole = system.mass();
+        assert!((system.n_o()..system.n()).all(|i| whole.row(i).next().is_none()));
+    }
+}

@@ -458,7 +458,12 @@ impl System {
     /// Whether contact displacements have no inertia in any phase.
     pub fn has_massless_contact(&self) -> bool {
         let mut of_contact = self.n_o()..self.n();
-        !of_contact.is_empty() && of_contact.all(|i| self.mass().row(i).next().is_none())
+        !of_contact.is_empty()
+            && match self.inertia() {
+                // `M_0` is one over `u_O`
+                Inertia::Constant(_) => true,
+                Inertia::Projected(_) => of_contact.all(|i| self.body.mass.row(i).next().is_none()),
+            }
     }
 
     pub(super) fn inertia(&self) -> &Inertia {
