@@ -33,7 +33,7 @@ const FILES: [&str; 14] = [
 ];
 
 /// Keys whose values are texts that name no file.
-const WORDS: [&str; 52] = [
+const WORDS: [&str; 53] = [
     "title",
     "contact.nodes",
     "contact.direction",

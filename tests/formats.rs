@@ -457,7 +457,7 @@ fn decks_may_be_in_several_files() {
     let parsed = Scene::parse(&std::fs::read_to_string(scene(&deck)).unwrap(), Path::new("s.toml"));
     assert_eq!(parsed.unwrap().files().len(), 4);
     for (file, from, to, words) in [
-        ("parts/sets.inp", "NSET=TIP", "NSET=TIP, INSTANCE=A-1", "sets.inp, line 4"),
+        ("parts/sets.inp", "NSET=TIP", "NSET=TIP, INSTANCE=A-1", "sets.inp, line 5"),
         ("parts/nodes.dat", "101, 30", "101, x", "nodes.dat, line 1"),
         ("parts/cells.inp", "TYPE=C3D8", "TYPE=S4", "cells.inp, line 1"),
         ("parts/cells.inp", "input=sets.inp", "input=set.inp", "line 14: set.inp cannot be read"),
