@@ -217,3 +217,37 @@ fn nodes_that_touch_together_are_told_together() {
         assert_eq!(turns, folds == 1, "{told:?}");
     }
 }
+
+/// A plate in the shape of its mode, whose corners touch twice a period over a piece of the branch: the time between two touches shrinks to nothing, where the pressure of one long touch
+/// vanishes at its ends as on every orbit. What is told to graze does.
+#[test]
+fn what_is_told_to_graze_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("scene.toml"), folder.path().join("out.h5"));
+    let text = PULLED
+        .replace("METHOD", "")
+        .replace("[1.0, 0.5]", "[1.0, 0.35]")
+        .replace("[10, 5]", "[8, 3]")
+        .replace("gap = 0.3", "gap = 1.0")
+        .replace(
+            "kind = 'traction'\nedge = 'right'\namplitude = [0.02, 0.0]",
+            "kind = 'mode'\nmode = 2\npeak = 1.6",
+        );
+    std::fs::write(&file, text).unwrap();
+    let [path, name] = [&file, &out].map(|p| p.to_str().unwrap());
+    let said = json(&["response", path, "-o", name, "--range", "1.45,1.65"]);
+    let stored = crate::common::hdf5_files().open(&out).unwrap();
+    let distance = stored.dataset("backbone/grazing_distance").unwrap().read_raw::<f64>().unwrap();
+    let points = said["points"].as_array().unwrap();
+    assert_eq!(points.len(), distance.len());
+    let mut told = 0;
+    for (point, distance) in points.iter().zip(&distance) {
+        let special = point["special"].as_str().unwrap();
+        // an orbit is not told where its energy does not balance
+        if special.contains("grazes") && distance.is_finite() {
+            assert!(*distance < 1e-8, "{special} at {}: {distance}", point["omega"]);
+            told += 1;
+        }
+    }
+    assert!(told > 0);
+}

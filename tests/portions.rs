@@ -57,6 +57,8 @@ fn the_keys_choose_the_same_sides() {
         assert!(!said["switches"].as_array().unwrap().is_empty());
         assert!(said["n_contact"].as_u64() < whole["n_contact"].as_u64());
     }
+    // of points that are no nodes, too
+    assert!(all[0]["pressure"]["largest"].as_f64().unwrap() > 0.0);
     let (a, b) = (places(&all[0]), places(&whole));
     let size = b.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * size), "{a:?} {b:?}");
@@ -167,6 +169,29 @@ fn nodes_that_are_none_are_refused() {
         let said = String::from_utf8_lossy(&output.stderr).replace('\n', " ");
         assert_eq!(output.status.code(), Some(2), "{keys}: {said}");
         assert!(said.contains(at) && said.contains(words), "{keys}: {said}");
+    }
+}
+
+/// Supports at all nodes of an edge, and on all of it, move as the edge does.
+#[test]
+fn parts_of_supports_move() {
+    let folder = tempfile::tempdir().unwrap();
+    let last = |key: &str| {
+        let text = format!(
+            "[body]\nkind = 'plate'\nsize = [1.0, 0.6]\nelements = [5, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+             [[support]]\nedge = 'left'\n{key}\nfix = ['x', 'y']\n[[load]]\nkind = 'base'\nedge = 'left'\namplitude = [0.1, 0.0]\nomega = 1.3\n\
+             phase = 1.5707963267948966\n[run]\nuntil = 4.0\nsamples = 8\n"
+        );
+        let (path, out) = (folder.path().join("s.toml"), folder.path().join("s.h5"));
+        std::fs::write(&path, text).unwrap();
+        json(&["run", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--force"])
+    };
+    let whole = last("");
+    let (a, size) = (places(&whole), 0.1);
+    assert!(a.iter().any(|x| x.abs() > 0.01));
+    for key in ["nodes = [0, 6, 12]", "from = [0.0, 1.0]", "where = 'y > 0'"] {
+        let b = places(&last(key));
+        assert!(a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12 * size));
     }
 }
 

@@ -260,7 +260,10 @@ fn integrate(
     // an interrupted run is not over
     if status != Status::Interrupted {
         object["forces"] = serde_json::to_value(writer.forces()?).unwrap_or_default();
-        object["pressure"] = serde_json::to_value(writer.largest_pressure()?).unwrap_or_default();
+        // impulses of a step are no pressures
+        let marches = problem.system.impact().is_some_and(|law| law.march.is_some());
+        let pressure = if marches { None } else { writer.largest_pressure()? };
+        object["pressure"] = serde_json::to_value(pressure).unwrap_or_default();
         object["probes"] = serde_json::to_value(writer.probes()?).unwrap_or_default();
         let excursions = writer.excursions()?;
         if let Some(warnings) = object["warnings"].as_array_mut() {

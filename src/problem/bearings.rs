@@ -45,7 +45,7 @@ pub(super) fn bearings(
                 load::nodal_point(body, at.node, vector)
             }
             LoadKind::Base => {
-                let field = moving::field(body, l.group(), vector);
+                let field = moving::field(scene, body, l.group(), vector);
                 for (derivative, share) in (0..).zip(all.shares_of_motion(body, &field)) {
                     borne.follow(share, derivative, &course);
                 }

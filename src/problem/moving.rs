@@ -19,11 +19,23 @@ use crate::fem::{Body, ContactPoint, Course, Loads};
 use crate::mesh::Point;
 use crate::scenario::{Direction, Issue, Scene, Support};
 
-/// A group that moves by a vector, as a nodal field.
-pub(super) fn field(body: &Body, group: &str, by: &[f64]) -> Vec<f64> {
+/// The nodes that move with the supports on a group: all of it, or what of it supports hold that hold a part.
+fn nodes(scene: &Scene, body: &Body, group: &str) -> Vec<usize> {
+    let parts = scene.supports.iter().filter(|s| s.part().is_some_and(|(whole, _)| whole == group));
+    let mut nodes: Vec<usize> = parts.flat_map(|s| body.mesh.group_nodes(s.group())).collect();
+    if nodes.is_empty() || scene.supports.iter().any(|s| s.group() == group) {
+        return body.mesh.group_nodes(group);
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// The supports on a group move by a vector, as a nodal field.
+pub(super) fn field(scene: &Scene, body: &Body, group: &str, by: &[f64]) -> Vec<f64> {
     let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let mut field = vec![0.0; dim * mesh.n_nodes()];
-    for n in mesh.group_nodes(group) {
+    for n in nodes(scene, body, group) {
         field[dim * n..dim * (n + 1)].copy_from_slice(&by[..dim]);
     }
     field
@@ -38,12 +50,13 @@ pub(super) fn base(
     loads: &mut Loads,
 ) -> Result<(), ProblemError> {
     let body = &system.body;
-    let (mesh, dim) = (&body.mesh, body.mesh.dim());
+    let dim = body.mesh.dim();
     let group = scene.loads[i].group();
     for (c, _) in amplitude.iter().enumerate().filter(|(_, a)| **a != 0.0) {
         let axis = Direction::AXES[c];
         let holds = |s: &Support| {
-            s.group() == group && (s.fix.contains(&axis) || s.fix.contains(&Direction::Normal))
+            let is_on_it = s.group() == group || s.part().is_some_and(|(whole, _)| whole == group);
+            is_on_it && (s.fix.contains(&axis) || s.fix.contains(&Direction::Normal))
         };
         if !scene.supports.iter().any(holds) {
             let name = ["x", "y", "z"][c];
@@ -58,7 +71,7 @@ pub(super) fn base(
                 .into());
         }
     }
-    let field = field(body, group, amplitude);
+    let field = field(scene, body, group, amplitude);
     // a support along the normal moves along it
     let size = amplitude.iter().fold(0.0f64, |m, a| m.hypot(*a));
     let slides = |n: usize| {
@@ -67,7 +80,7 @@ pub(super) fn base(
         free.map(|(d, _)| own.iter().zip(d).map(|(w, d)| w * d).sum::<f64>())
             .any(|along| along.abs() > 1e-9 * size)
     };
-    if mesh.group_nodes(group).into_iter().any(slides) {
+    if nodes(scene, body, group).into_iter().any(slides) {
         let message = format!("moves \"{group}\" along a direction that no support holds");
         let help = "give a motion along the held directions";
         return Err(scene.error(Issue::new(format!("load[{i}].amplitude"), message, help)).into());

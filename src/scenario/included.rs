@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use crate::mesh::deck;
 use crate::mesh::gmsh::GmshError;
 
-/// Decks are included in one another up to this depth.
+/// Decks are included in one another up to this depth, and so many in all.
 const DEPTH: usize = 16;
+const MOST: usize = 1000;
 
 /// A file with what it includes.
 #[derive(Debug, Default)]
@@ -29,7 +30,7 @@ impl Whole {
             _ => return Ok(whole),
         };
         whole.bytes.clear();
-        let mut written = Written { whole, lines: 0 };
+        let mut written = Written { whole, lines: 0, included: 0 };
         written.put(path, &text, &mut vec![path.to_owned()])?;
         Ok(written.whole)
     }
@@ -81,6 +82,7 @@ fn includes(text: &str) -> bool {
 struct Written {
     whole: Whole,
     lines: usize,
+    included: usize,
 }
 
 impl Written {
@@ -122,16 +124,26 @@ impl Written {
                     "give the file beside the deck that names it, or put its lines into the deck";
                 (format!("{place}line {}: {what}", at + 1), Some(help.to_owned()))
             };
-            if within.contains(&there) || within.len() > DEPTH {
+            self.included += 1;
+            if within.contains(&there) {
                 return Err(fault(format!("{file} includes itself")));
+            }
+            if within.len() > DEPTH || self.included > MOST {
+                return Err(fault(format!(
+                    "more than {DEPTH} files in one another, or {MOST} in all"
+                )));
+            }
+            if !there.is_file() {
+                return Err(fault(format!("{file} cannot be read: there is no such file")));
             }
             let more = std::fs::read_to_string(&there)
                 .map_err(|e| fault(format!("{file} cannot be read: {e}")))?;
+            let more = more.strip_prefix('\u{feff}').unwrap_or(&more);
             if !self.whole.others.contains(&there) {
                 self.whole.others.push(there.clone());
             }
             within.push(there.clone());
-            let goes_on = self.put(&there, &more, within)?;
+            let goes_on = self.put(&there, more, within)?;
             within.pop();
             if !goes_on {
                 return Ok(false);

@@ -9,7 +9,7 @@ use signorini::records::{
     Branch, BranchEnd, FamilyKind, GapReason, Peak, PointKind, PointMethod, PointRecord, Solver,
     Walk, Way,
 };
-use signorini::report::summary::significant;
+use signorini::report::summary::{plural, significant};
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
@@ -122,11 +122,25 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     if specials.len() > MOST {
         line("", format!("… and {} more; all are in the file", specials.len() - MOST));
     }
-    for (k, p) in stored.peaks().iter().enumerate() {
-        let name = match stored.branches.len() {
-            1 => String::new(),
-            _ => format!("{}: ", stored.branches[p.branch]),
+    let name_of = |branch: usize| match stored.branches.len() {
+        1 => String::new(),
+        _ => format!("{}: ", stored.branches[branch]),
+    };
+    let ranges = unstable(stored);
+    for (k, (branch, first, last, count)) in ranges.iter().take(RANGES).enumerate() {
+        let orbits = plural(*count, "orbit", "orbits");
+        let range = match count {
+            1 => format!("omega = {first:.6}"),
+            _ => format!("omega = {first:.6} to {last:.6}"),
         };
+        let text = format!("{}{range}, {orbits}", name_of(*branch));
+        line(if k == 0 { "unstable" } else { "" }, text);
+    }
+    if ranges.len() > RANGES {
+        line("", format!("… and {} more ranges", ranges.len() - RANGES));
+    }
+    for (k, p) in stored.peaks().iter().enumerate() {
+        let name = name_of(p.branch);
         let text = format!(
             "{name}amplitude {:.6} at omega = {:.6}, energy {}",
             p.amplitude,
@@ -190,6 +204,32 @@ fn is_on_the_way(kind: &PointKind) -> bool {
     use PointKind::{EndOfRange, Gap, Jump, Regular, Start};
     let none_near = matches!(kind, Gap(GapReason::NoneNear { .. }));
     none_near || !matches!(kind, Regular | Start | EndOfRange | Jump | Gap(_))
+}
+
+/// So many unstable ranges are told.
+const RANGES: usize = 6;
+
+/// Where branches are unstable: the branch, its first and its last frequency in the order of the branch, and the number of orbits. What is not known ends no range.
+fn unstable(stored: &StoredFamily) -> Vec<(usize, f64, f64, usize)> {
+    let mut ranges: Vec<(usize, f64, f64, usize)> = vec![];
+    let mut is_open = false;
+    let mut points: Vec<&PointRecord> = stored.points.iter().collect();
+    points.sort_by_key(|p| (p.branch, p.index));
+    for p in points {
+        let known = p.orbit.as_ref().filter(|o| o.viscous.is_none()).and_then(|o| o.stable);
+        match (known, ranges.last_mut()) {
+            (Some(false), Some(range)) if is_open && range.0 == p.branch => {
+                (range.2, range.3) = (p.omega, range.3 + 1);
+            }
+            (Some(false), _) => {
+                ranges.push((p.branch, p.omega, p.omega, 1));
+                is_open = true;
+            }
+            (Some(true), _) => is_open = false,
+            (None, _) => {}
+        }
+    }
+    ranges
 }
 
 /// How many orbits there are, and of what stability.

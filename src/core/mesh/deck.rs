@@ -43,7 +43,7 @@ const MECHANICS: [&str; 19] = [
 ];
 
 /// Keywords whose lines of data may stand in a file of their own.
-const WITH_INPUT: [&str; 5] = ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"];
+const WITH_INPUT: [&str; 6] = ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "TIE"];
 
 /// Keywords that make or move nodes and elements.
 const GENERATORS: [&str; 10] = [

@@ -14,7 +14,7 @@ use super::period_map::integrate;
 use super::segments::Segments;
 use super::shooting::Closure;
 use super::touch::Minima;
-use super::visits::{Visit, is_moment, merged, thinned, visits};
+use super::visits::{MOMENT, Visit, is_moment, merged, switches_of, thinned, visits};
 use super::{OrbitError, tolerate};
 use crate::contact::{PointState, States};
 use crate::continuation::{Family, Place, correct, dot, tangent};
@@ -379,6 +379,9 @@ impl<'a> Search<'a> {
                 for k in 1..group.len() {
                     group[k].near = self.miss(&x, &group[k])?.1;
                 }
+                if group.iter().any(|c| self.is_at_switch(&x, c)) {
+                    return Ok(None);
+                }
                 let chart = self.family.chart();
                 let at = self.ends(&x);
                 return Ok(Some(Ghost { at, chart, x, tangent: t, slope, group }));
@@ -391,6 +394,14 @@ impl<'a> Search<'a> {
             c = weights.iter().zip(&t).map(|(w, t)| w * t).collect();
         }
         Ok(None)
+    }
+
+    /// Whether what would graze vanishes at a switch of its own, where it does on every orbit.
+    fn is_at_switch(&self, x: &[f64], candidate: &Candidate) -> bool {
+        let (_, times, omega) = self.family.parts(x);
+        let (end, chain) = (self.family.end(omega), &self.family.chain);
+        let at = |j: &usize| (times[*j] / end - candidate.near).abs() <= MOMENT;
+        candidate.points().any(|point| switches_of(chain, point).iter().any(at))
     }
 
     /// The branch where the visits are: of a short duration that is given for the first of them.

@@ -46,6 +46,10 @@ const BRIEF: f64 = 5e-3;
 /// A grazing within so many steps from where a step began lies in it.
 const WITHIN: f64 = 2.0;
 
+/// Further grazings lie within so much of a step over a first one, and are another one where they are so far from it.
+const BEYOND: f64 = 1.1;
+const SAME: f64 = 1e-6;
+
 /// How far along the branch neighbours are carried to another section, of arclength.
 const ALONG: f64 = 1e-6;
 
@@ -444,7 +448,19 @@ impl Family for Mapped<'_> {
         let behind = from_to(&crossing.at, &crossing.behind);
         let landed = from_to(&crossing.at, x);
         if !changed.is_empty() && dot(&behind, &landed) > 0.0 {
-            let mut all: Vec<_> = found.into_iter().map(|g| (g.border(), g.at)).collect();
+            let mut all = vec![(crossing.border.clone(), crossing.at.clone())];
+            for (border, at) in found.into_iter().map(|ghost| (ghost.border(), ghost.at)) {
+                // in the step, and another one
+                let there = dot(&from_to(&from.x, &at), &way) / (length * length);
+                let is_known = all.iter().any(|(known, x)| {
+                    let apart = from_to(x, &at);
+                    let shares = border.points().any(|p| known.points().any(|q| p == q));
+                    shares && dot(&apart, &apart).sqrt() < SAME
+                });
+                if (0.0..=BEYOND).contains(&there) && !is_known {
+                    all.push((border, at));
+                }
+            }
             self.passed = Some(crossing.at.clone());
             self.further(from, &changed, (crossing, within), &mut all)?;
             return Ok(Judgement::Over(all.into_iter().map(|(border, x)| (x, border)).collect()));

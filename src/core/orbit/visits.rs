@@ -8,7 +8,7 @@ const TOGETHER: f64 = 1e-3;
 /// Times that differ by less, over the period, are one time of contacts that graze together.
 const AT_ONCE: f64 = 1e-9;
 /// Visits below this, over the period, are what rounding errors make of a grazing.
-const MOMENT: f64 = 1e-6;
+pub(super) const MOMENT: f64 = 1e-6;
 
 /// A visit in a chart: of a point that comes and leaves, or of several that do so together.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Visit {
 }
 
 /// The switches of a point in a chart.
-fn switches_of(chain: &Chain, point: usize) -> Vec<usize> {
+pub(super) fn switches_of(chain: &Chain, point: usize) -> Vec<usize> {
     let at = |j: usize| chain.sets[j].at(point);
     (0..chain.events()).filter(|&j| at(j) != at(j + 1)).collect()
 }

@@ -71,6 +71,9 @@ impl GrazingRecord {
     }
 }
 
+/// So many nodes are named that graze together with one.
+const NAMED: usize = 5;
+
 /// How multipliers cross the unit circle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Bifurcation {
@@ -206,8 +209,11 @@ impl Display for GrazingRecord {
             [] => {}
             [other] => write!(f, " together with node {other}")?,
             others => {
-                let others: Vec<String> = others.iter().map(usize::to_string).collect();
-                write!(f, " together with nodes {}", others.join(", "))?;
+                let first: Vec<String> = others.iter().take(NAMED).map(usize::to_string).collect();
+                write!(f, " together with nodes {}", first.join(", "))?;
+                if others.len() > NAMED {
+                    write!(f, " and {} more", others.len() - NAMED)?;
+                }
             }
         }
         f.write_str(turns)
@@ -328,6 +334,11 @@ mod tests {
         }
         let change = PointKind::Stability(StabilityChange::new(&[0, 0, 0], &[0, 2, 1]));
         assert_eq!(change.to_string(), "period doubling: [0, 0, 0] to [0, 2, 1] outside");
+        let together: Vec<usize> = (1000..1030).collect();
+        let many = GrazingRecord { node: 999, opening: true, turns: true, together };
+        let said = PointKind::Grazing(many).to_string();
+        // the column of the table has 128 letters
+        assert!(said.ends_with("1004 and 25 more, the frequency turns back") && said.len() <= 128);
         let json = r#"{"Gap":{"NotConverged":{"residual":null,"iterations":60}}}"#;
         let kind: PointKind = serde_json::from_str(json).unwrap();
         assert_eq!(kind.to_string(), "gap: not converged: residual NaN after 60 steps");

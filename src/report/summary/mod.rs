@@ -31,7 +31,7 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
 }
 
 /// A number of things.
-fn plural(n: usize, word: &str, plural: &str) -> String {
+pub fn plural(n: usize, word: &str, plural: &str) -> String {
     format!("{n} {}", if n == 1 { word } else { plural })
 }
 

@@ -47,7 +47,7 @@ pub(crate) fn run_text(
     lcp_check(&mut out, report);
     work(&mut out, (scene, system), report, wall_s);
     forces(&mut out, &said["forces"]);
-    pressure(&mut out, &said["pressure"]);
+    pressure(&mut out, &said["pressure"], |node| place_of(scene, system.promise().yields, node));
     probes(&mut out, &said["probes"]);
     out.0
 }
@@ -239,7 +239,6 @@ fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
 
 /// How many switches there were, the first and the last.
 fn switches(out: &mut Lines, report: &Report, (scene, yields): (&Scene, bool)) {
-    let given = scene.body.kind == BodyKind::Matrices;
     let log = &report.log;
     let count = |kind| log.of_kind(kind);
     let (impacts, rests) = (count(SwitchKind::Impact), count(SwitchKind::Rest));
@@ -267,11 +266,7 @@ fn switches(out: &mut Lines, report: &Report, (scene, yields): (&Scene, bool)) {
     out.line("switches", text);
     if let Some([a, b]) = log.ends() {
         let (first, last) = (significant(a.t, 10), significant(b.t, 10));
-        let place = |node: usize| match given {
-            true => format!("displacement {}", scene.rows.label(node)),
-            false if yields => format!("point {node}"),
-            false => format!("node {node}"),
-        };
+        let place = |node: usize| place_of(scene, yields, node);
         let text = format!(
             "first at t = {first} ({}), last at t = {last} ({})",
             place(a.node),
@@ -433,15 +428,22 @@ fn forces(out: &mut Lines, all: &Value) {
     }
 }
 
+/// A contact point, as messages name it: a displacement of matrices, a point where points are no nodes, a node.
+fn place_of(scene: &Scene, yields: bool, node: usize) -> String {
+    match scene.body.kind {
+        BodyKind::Matrices => format!("displacement {}", scene.rows.label(node)),
+        _ if yields => format!("point {node}"),
+        _ => format!("node {node}"),
+    }
+}
+
 /// The largest pressure, where and when.
-fn pressure(out: &mut Lines, of: &Value) {
+fn pressure(out: &mut Lines, of: &Value, place: impl Fn(usize) -> String) {
     let (Some(largest), Some(t)) = (of["largest"].as_f64(), of["t"].as_f64()) else { return };
     let head = if of["is_force"] == true { "at a node" } else { "pressure" };
     let (largest, t) = (significant(largest, 6), significant(t, 6));
-    out.line(
-        head,
-        format!("at most {largest} at node {} (at t = {t}, of the stored states)", of["node"]),
-    );
+    let place = place(of["node"].as_u64().unwrap_or(0) as usize);
+    out.line(head, format!("at most {largest} at {place} (at t = {t}, of the stored states)"));
 }
 
 /// The largest of what probes saw, by quantity.
