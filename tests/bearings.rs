@@ -180,6 +180,9 @@ fn files_know_what_supports_and_springs_bear() {
     let told = &said["pressure"];
     assert!(most > 0.0 && told["largest"] == most && told["is_force"] == false, "{told}");
     assert!(told["t"] == t[row] && told["node"] == nodes[point], "{told}");
+    // the limit of a slider is no pressure
+    let joint = json(&["run", "scenarios/joint.toml", "-o", file.to_str().unwrap(), "--force"]);
+    assert!(joint["pressure"].is_null(), "{}", joint["pressure"]);
     assert_eq!(h5.dataset("bodies/momentum").unwrap().shape(), [t.len(), 4]);
 }
 

@@ -262,7 +262,8 @@ fn integrate(
         object["forces"] = serde_json::to_value(writer.forces()?).unwrap_or_default();
         // impulses of a step are no pressures
         let marches = problem.system.impact().is_some_and(|law| law.march.is_some());
-        let pressure = if marches { None } else { writer.largest_pressure()? };
+        let facing = problem.system.facing().len();
+        let pressure = if marches { None } else { writer.largest_pressure(facing)? };
         object["pressure"] = serde_json::to_value(pressure).unwrap_or_default();
         object["probes"] = serde_json::to_value(writer.probes()?).unwrap_or_default();
         let excursions = writer.excursions()?;

@@ -92,8 +92,11 @@ impl Writer {
         Ok(all)
     }
 
-    /// The largest pressure of a contact point; none where nothing touches.
-    pub fn largest_pressure(&mut self) -> Result<Option<PressureRecord>, StoreError> {
+    /// The largest pressure of the contact points before obstacles, the first `facing`: those behind them are sliders, whose pressures are limits. None where nothing touches.
+    pub fn largest_pressure(
+        &mut self,
+        facing: usize,
+    ) -> Result<Option<PressureRecord>, StoreError> {
         self.flush()?;
         let file = self.file();
         let Ok(pressure) = file.dataset("trajectory/pressure") else { return Ok(None) };
@@ -105,12 +108,13 @@ impl Writer {
             Err(_) => (0..pressure.ncols() as i64).collect(),
         };
         let areas: Vec<f64> = file.dataset("mesh/contact_area")?.values()?;
-        let most = pressure.indexed_iter().max_by(|a, b| a.1.total_cmp(b.1));
+        let before_obstacles = pressure.indexed_iter().filter(|((_, point), _)| *point < facing);
+        let most = before_obstacles.max_by(|a, b| a.1.total_cmp(b.1));
         Ok(most.filter(|(_, p)| **p > 0.0).map(|((row, point), &largest)| PressureRecord {
             largest,
             t: t[row],
             node: nodes.get(point).copied().unwrap_or(-1),
-            is_force: areas.iter().all(|a| *a == 1.0),
+            is_force: areas.iter().take(facing).all(|a| *a == 1.0),
         }))
     }
 }
