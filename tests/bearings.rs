@@ -177,12 +177,12 @@ fn files_know_what_supports_and_springs_bear() {
     let nodes = h5.dataset("mesh/contact_nodes").unwrap().read_raw::<i64>().unwrap();
     let most = pressure.iter().copied().fold(0.0, f64::max);
     let ((row, point), _) = pressure.indexed_iter().find(|(_, p)| **p == most).unwrap();
-    let told = &said["pressure"];
+    let told = &said["largest_pressure"];
     assert!(most > 0.0 && told["largest"] == most && told["is_force"] == false, "{told}");
     assert!(told["t"] == t[row] && told["node"] == nodes[point], "{told}");
     // the limit of a slider is no pressure
     let joint = json(&["run", "scenarios/joint.toml", "-o", file.to_str().unwrap(), "--force"]);
-    assert!(joint["pressure"].is_null(), "{}", joint["pressure"]);
+    assert!(joint["largest_pressure"].is_null(), "{}", joint["largest_pressure"]);
     assert_eq!(h5.dataset("bodies/momentum").unwrap().shape(), [t.len(), 4]);
 }
 

@@ -58,7 +58,7 @@ fn the_keys_choose_the_same_sides() {
         assert!(said["n_contact"].as_u64() < whole["n_contact"].as_u64());
     }
     // of points that are no nodes, too
-    assert!(all[0]["pressure"]["largest"].as_f64().unwrap() > 0.0);
+    assert!(all[0]["largest_pressure"]["largest"].as_f64().unwrap() > 0.0);
     let (a, b) = (places(&all[0]), places(&whole));
     let size = b.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * size), "{a:?} {b:?}");

@@ -264,7 +264,9 @@ fn integrate(
         let marches = problem.system.impact().is_some_and(|law| law.march.is_some());
         let facing = problem.system.facing().len();
         let pressure = if marches { None } else { writer.largest_pressure(facing)? };
-        object["pressure"] = serde_json::to_value(pressure).unwrap_or_default();
+        if let Some(pressure) = pressure {
+            object["largest_pressure"] = serde_json::to_value(pressure).unwrap_or_default();
+        }
         object["probes"] = serde_json::to_value(writer.probes()?).unwrap_or_default();
         let excursions = writer.excursions()?;
         if let Some(warnings) = object["warnings"].as_array_mut() {

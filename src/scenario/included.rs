@@ -74,8 +74,8 @@ fn keyword(lines: &[&str], at: usize) -> Option<(String, usize)> {
 fn includes(text: &str) -> bool {
     let lines: Vec<&str> = text.lines().collect();
     let keywords = (0..lines.len()).filter_map(|at| keyword(&lines, at));
-    let before = keywords.map(|(whole, _)| whole).take_while(|k| !deck::begins_step(k));
-    before.into_iter().any(|k| deck::input_of(&k).is_some())
+    let mut before = keywords.map(|(whole, _)| whole).take_while(|k| !deck::begins_step(k));
+    before.any(|k| deck::input_of(&k).is_some())
 }
 
 /// What has been put together so far.

@@ -47,7 +47,9 @@ pub(crate) fn run_text(
     lcp_check(&mut out, report);
     work(&mut out, (scene, system), report, wall_s);
     forces(&mut out, &said["forces"]);
-    pressure(&mut out, &said["pressure"], |node| place_of(scene, system.promise().yields, node));
+    pressure(&mut out, &said["largest_pressure"], |node| {
+        place_of(scene, system.promise().yields, node)
+    });
     probes(&mut out, &said["probes"]);
     out.0
 }
