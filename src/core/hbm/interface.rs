@@ -363,25 +363,12 @@ impl Interface {
         let monitors = phase.monitors.clone();
         let units =
             phase.monitors.iter().zip(phase.monitor_rounding(length, 0.0)).map(of_length).collect();
-        match self.form {
+        let (p, a, damping, s, loads) = match self.form {
             Form::Force => {
                 // springs of the obstacle neither damp nor have inertia
                 let springs = system.contact_has_inertia();
                 let damping = if springs { (0.0, 0.0) } else { (alpha, beta) };
-                let a = (!springs).then_some(s_m);
-                let p = s_k;
-                Ok(PhaseOperator {
-                    p,
-                    damping,
-                    a,
-                    s,
-                    loads,
-                    monitors,
-                    gradients,
-                    offsets,
-                    drives,
-                    units,
-                })
+                (s_k, (!springs).then_some(s_m), damping, s, loads)
             }
             Form::Acceleration => {
                 // M_α⁻¹ = I − Q T Qᵀ,  T = (I + S)⁻¹ S
@@ -406,19 +393,9 @@ impl Interface {
                 let (constant, harmonics) = &self.forces;
                 let s = lift(&s, constant);
                 let loads = loads.iter().zip(harmonics).map(|(d, f0)| lift(d, f0)).collect();
-                Ok(PhaseOperator {
-                    p,
-                    damping,
-                    a: None,
-                    s,
-                    loads,
-                    monitors,
-                    gradients,
-                    offsets,
-                    drives,
-                    units,
-                })
+                (p, None, damping, s, loads)
             }
-        }
+        };
+        Ok(PhaseOperator { p, damping, a, s, loads, monitors, gradients, offsets, drives, units })
     }
 }

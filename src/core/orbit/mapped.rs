@@ -172,12 +172,7 @@ impl<'a> Mapped<'a> {
             if left.is_empty() {
                 return Ok(());
             }
-            let way = from_to(&last.at, &last.behind);
-            let weights = self.weights(&last.behind);
-            let c: Vec<f64> = weights.iter().zip(&way).map(|(w, d)| w * d).collect();
-            let Some((tangent, _)) = continuation::tangent(self, &last.behind, &c)? else {
-                return Ok(());
-            };
+            let Some((tangent, ..)) = self.leaving(&last)? else { return Ok(()) };
             let place = Place { x: last.behind.clone(), tangent, ..from.clone() };
             let found = self.near(&place, &left, within)?;
             let Some(next) = self.crossing(&place.x, &found)? else { return Ok(()) };
@@ -185,6 +180,16 @@ impl<'a> Mapped<'a> {
             self.passed = Some(next.at.clone());
             last = next;
         }
+    }
+
+    /// Right behind a grazing: the tangent away from it, the orientation, and the way from there.
+    fn leaving(&mut self, crossing: &Crossing) -> Result<Option<(Vec<f64>, f64, f64)>, OrbitError> {
+        let x = &crossing.behind;
+        let way = from_to(&crossing.at, x);
+        let c: Vec<f64> = self.weights(x).iter().zip(&way).map(|(w, d)| w * d).collect();
+        let length = way.iter().zip(&c).map(|(d, c)| d * c).sum::<f64>().sqrt();
+        let found = continuation::tangent(self, x, &c)?;
+        Ok(found.map(|(tangent, orientation)| (tangent, orientation, length)))
     }
 
     /// The grazing at which a branch is stuck, and the branch behind it.
@@ -201,14 +206,10 @@ impl<'a> Mapped<'a> {
             }
         };
         let Some(crossing) = crossing else { return Ok(None) };
-        let x = crossing.behind.clone();
-        let weights = self.weights(&x);
-        let way = from_to(&crossing.at, &x);
-        let c: Vec<f64> = weights.iter().zip(&way).map(|(w, d)| w * d).collect();
-        let length = way.iter().zip(&c).map(|(d, c)| d * c).sum::<f64>().sqrt();
-        let Some((tangent, orientation)) = continuation::tangent(self, &x, &c)? else {
+        let Some((tangent, orientation, length)) = self.leaving(&crossing)? else {
             return Ok(None);
         };
+        let x = crossing.behind.clone();
         let signature = self.signature(&x)?;
         self.passed = Some(crossing.at.clone());
         let (step, chart) = (SHORTER * length, self.chart());

@@ -42,17 +42,21 @@ pub(super) fn switches_of(chain: &Chain, point: usize) -> Vec<usize> {
     (0..chain.events()).filter(|&j| at(j) != at(j + 1)).collect()
 }
 
+/// The stays of a point: neighbouring switches of it, the second of which takes back what the first does.
+fn stays(chain: &Chain, point: usize) -> impl Iterator<Item = (usize, usize)> {
+    let at = move |j: usize| chain.sets[j].at(point);
+    let switches = switches_of(chain, point);
+    let pairs = switches.windows(2).map(|pair| (pair[0], pair[1])).collect::<Vec<_>>();
+    pairs.into_iter().filter(move |&(a, b)| at(a) == at(b + 1))
+}
+
 /// The visits of a chart that are no longer than `longest`, in the order of their beginnings; what lies between is another's business.
 pub(super) fn visits(chain: &Chain, times: &[f64], longest: f64) -> Vec<Visit> {
     let mut found: Vec<Visit> = vec![];
     for point in 0..chain.sets[0].len() {
-        for pair in switches_of(chain, point).windows(2) {
-            let (a, b) = (pair[0], pair[1]);
-            let returns = chain.sets[a].at(point) == chain.sets[b + 1].at(point);
-            if returns && times[b] - times[a] <= longest {
-                let to = chain.sets[a + 1].at(point);
-                found.push(Visit { of: vec![((point, to), (a, b))], span: (times[a], times[b]) });
-            }
+        for (a, b) in stays(chain, point).filter(|&(a, b)| times[b] - times[a] <= longest) {
+            let to = chain.sets[a + 1].at(point);
+            found.push(Visit { of: vec![((point, to), (a, b))], span: (times[a], times[b]) });
         }
     }
     found.sort_by(|a, b| a.span.0.total_cmp(&b.span.0));
@@ -81,11 +85,7 @@ pub(super) fn is_moment(
     (j, point): (usize, usize),
     end: f64,
 ) -> bool {
-    switches_of(chain, point).windows(2).any(|pair| {
-        let (a, b) = (pair[0], pair[1]);
-        let returns = chain.sets[a].at(point) == chain.sets[b + 1].at(point);
-        (a == j || b == j) && returns && times[b] - times[a] <= MOMENT * end
-    })
+    stays(chain, point).any(|(a, b)| (a == j || b == j) && times[b] - times[a] <= MOMENT * end)
 }
 
 /// A chart without the switches that `is_gone` tells of, by their number and point.
