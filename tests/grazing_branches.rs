@@ -174,8 +174,9 @@ fn reach(system: &mut System, omega: f64) -> f64 {
     let mut own = vec![0.0; system.n()];
     phase.expand_displacement(0.0, &vec![0.0; n], &mut own);
     let (re, im) = (part(&|u| u.re), part(&|u| u.im));
-    let heights = (0..re.len()).map(|i| (re[i] + own[n + i]).hypot(im[i]));
-    heights.fold(0.0, f64::max) / 0.3
+    let gap = |i: usize| system.constraints[i].gap;
+    let heights = (0..re.len()).map(|i| (re[i] + own[n + i]).hypot(im[i]) / gap(i));
+    heights.fold(0.0, f64::max)
 }
 
 /// Contact begins and ends on the branch where the linear response reaches the gap, at two nodes together, and at no other place on it; where it ends the frequency turns back, or has
@@ -218,22 +219,77 @@ fn nodes_that_touch_together_are_told_together() {
     }
 }
 
+/// A plate whose corners move like its second mode, of a gap and with a phase of its load.
+fn swinging(gap: &str, phase: f64) -> String {
+    PULLED
+        .replace("METHOD", "")
+        .replace("[1.0, 0.5]", "[1.0, 0.35]")
+        .replace("[10, 5]", "[8, 3]")
+        .replace("gap = 0.3", &format!("gap = {gap}"))
+        .replace(
+            "kind = 'traction'\nedge = 'right'\namplitude = [0.02, 0.0]",
+            &format!("kind = 'mode'\nmode = 2\npeak = 1.6\nphase = {phase:?}"),
+        )
+}
+
+/// The special points of a response that are borders.
+fn borders(text: &str, more: &[&str]) -> Vec<(f64, String)> {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("scene.toml"), folder.path().join("out.h5"));
+    std::fs::write(&file, text).unwrap();
+    let [path, out] = [&file, &out].map(|p| p.to_str().unwrap());
+    let said = json(&[&["response", path, "-o", out], more].concat());
+    let points = said["points"].as_array().unwrap();
+    let told = points
+        .iter()
+        .map(|p| (p["omega"].as_f64().unwrap(), p["special"].as_str().unwrap().to_owned()));
+    told.filter(|(_, special)| special.starts_with("border")).collect()
+}
+
+/// A second touch that is born behind the first, and dies, within a step each: where steps twenty-five times as short find them.
+#[test]
+fn touches_that_come_and_go_within_a_step_are_told() {
+    let long = borders(&swinging("1.0", 0.0), &["--range", "1.45,1.56"]);
+    assert_eq!(long.len(), 3, "{long:?}");
+    let short = borders(&swinging("1.0", 1.0), &["--range", "1.526,1.5295", "--step", "0.002"]);
+    assert_eq!(short.len(), 2, "{short:?}");
+    for (a, b) in long[1..].iter().zip(&short) {
+        assert!((a.0 / b.0 - 1.0).abs() < 1e-8, "{a:?} {b:?}");
+        // they are touches, not moments at which a long one is interrupted
+        assert!(
+            [a, b].iter().all(|t| t.1.contains("together") && !t.1.contains("open")),
+            "{a:?} {b:?}"
+        );
+    }
+}
+
+/// An obstacle a thousandth askew: its corners graze one after the other, and the branch turns back where the linear response leaves the nearer one, whatever instant its load begins at. The
+/// step there comes from where both touch; what it lost is found from its other end.
+#[test]
+fn what_a_step_lost_is_found_from_behind() {
+    let text = swinging("'1.0 + 0.003*y'", 0.0);
+    let scene = Scene::parse(&text, "scene.toml".as_ref()).unwrap();
+    let mut system = Problem::new(&scene, None).unwrap().system.clone();
+    let (mut low, mut high) = (1.62, 1.59);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if reach(&mut system, middle) < 1.0 { low = middle } else { high = middle }
+    }
+    for phase in [0.0, 1.0, 2.4] {
+        let told = borders(&swinging("'1.0 + 0.003*y'", phase), &["--range", "1.45,1.65"]);
+        let last = told.last().unwrap();
+        assert!((last.0 / low - 1.0).abs() < 1e-9, "{phase}: {told:?} {low}");
+        assert!(last.1.contains("node 32 grazes") && last.1.ends_with("turns back"), "{last:?}");
+    }
+}
+
 /// A plate in the shape of its mode, whose corners touch twice a period over a piece of the branch: the time between two touches shrinks to nothing, where the pressure of one long touch
 /// vanishes at its ends as on every orbit. What is told to graze does.
 #[test]
 fn what_is_told_to_graze_does() {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("scene.toml"), folder.path().join("out.h5"));
-    let text = PULLED
-        .replace("METHOD", "")
-        .replace("[1.0, 0.5]", "[1.0, 0.35]")
-        .replace("[10, 5]", "[8, 3]")
-        .replace("gap = 0.3", "gap = 1.0")
-        .replace(
-            "kind = 'traction'\nedge = 'right'\namplitude = [0.02, 0.0]",
-            "kind = 'mode'\nmode = 2\npeak = 1.6",
-        );
-    std::fs::write(&file, text).unwrap();
+    std::fs::write(&file, swinging("1.0", 0.0)).unwrap();
     let [path, name] = [&file, &out].map(|p| p.to_str().unwrap());
     let said = json(&["response", path, "-o", name, "--range", "1.45,1.65"]);
     let stored = crate::common::hdf5_files().open(&out).unwrap();

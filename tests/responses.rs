@@ -214,3 +214,17 @@ fn a_motion_that_repeats_and_is_no_orbit_is_told_as_that() {
     let answer = json(&["response", &path("scene.toml"), "-o", &path("constant.h5")]);
     assert_eq!(answer["stops"][0]["end"], "range");
 }
+
+/// Where a branch stops because the motions ahead cannot be followed, their reason is told: here switches accumulate on a coarse mesh.
+#[test]
+fn what_stops_a_branch_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, out] = ["scene.toml", "out.h5"].map(|n| folder.path().join(n).display().to_string());
+    let text = "[body]\nkind = 'plate'\nsize = [1.5, 0.4]\nelements = [2, 1]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x', 'y']\n\
+                [contact]\nedge = 'right'\ngap = 0.4\n[damping]\nratio = 0.03\nmode = 1\n[[load]]\nkind = 'mode'\nmode = 1\npeak = 1.4\nomega = 0.3\n[run]\nperiods = 1\n";
+    std::fs::write(&file, text).unwrap();
+    let output = run(&["response", &file, "-o", &out, "--range", "0.25,0.3", "--points", "200"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned()
+        + &String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("cannot be followed") && said.contains("accumulation"), "{said}");
+}

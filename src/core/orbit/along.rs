@@ -167,7 +167,14 @@ fn across_corners(
                 let border = Border::Phase { phase: 0, visit: None, what: "corner".into() };
                 (None, border, false, place)
             }
-            None => return Ok(Some(Ending::of(stop))),
+            None => {
+                let why = family.unfollowed(&last).map(|why| Ending {
+                    stop: stop.clone(),
+                    why: Some(why),
+                    met: false,
+                });
+                return Ok(Some(why.unwrap_or(Ending::of(stop))));
+            }
         };
         memory.since_corner = 0;
         let special = Special::Border { border, turns };

@@ -41,6 +41,8 @@ const DEEPER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 const AWAY: [f64; 4] = [1e-3, 1e-4, 1e-2, 1e-5];
 /// Step of differences along the ghost branch.
 const BESIDE: f64 = 1e-6;
+/// Pieces of a march along it.
+const PIECES: usize = 16;
 /// Most steps along it, and the longest one.
 const STEPS: usize = 10;
 const FARTHEST: f64 = 0.5;
@@ -110,6 +112,8 @@ pub(super) struct Coming<'a> {
     pub weights: &'a [f64],
     /// The grazing that it went over last.
     pub passed: Option<&'a [f64]>,
+    /// How far grazings are looked for.
+    pub within: f64,
 }
 
 impl Coming<'_> {
@@ -150,9 +154,16 @@ pub(super) fn ahead(
     let chart = search.family.chart();
     let mut found = vec![];
     for group in candidates.chunk_by(is_together).take(MOST) {
-        search.family.set_chart(&chart);
-        let ghost = tolerate(search.grazing(&x, group, coming))?.flatten();
-        found.extend(ghost.filter(|ghost| coming.is_ahead(&ghost.at)));
+        for marches in [false, true] {
+            search.family.set_chart(&chart);
+            let ghost = tolerate(search.grazing(&x, group, coming, marches))?.flatten();
+            let ghost = ghost.filter(|ghost| coming.is_ahead(&ghost.at));
+            let is_found = ghost.is_some();
+            found.extend(ghost);
+            if is_found || !coming.within.is_finite() {
+                break;
+            }
+        }
     }
     Ok(found)
 }
@@ -279,7 +290,7 @@ impl<'a> Search<'a> {
         let (_, times, omega) = self.family.parts(x);
         let (end, chain) = (self.family.end(omega), &self.family.chain);
         let off = |v: &Visit| (v.middle() / end - candidate.near).abs();
-        let is_it = |v: &Visit| v.of.iter().any(|((p, _), _)| *p == candidate.point());
+        let is_it = |v: &Visit| v.of.iter().any(|(of, _)| *of == candidate.visit[0]);
         let nearest = visits(chain, times, end).into_iter().filter(is_it);
         nearest.min_by(|a, b| off(a).total_cmp(&off(b))).filter(|v| off(v) < SAME)
     }
@@ -293,9 +304,8 @@ impl<'a> Search<'a> {
         let is_gone = |j: usize, point: usize| {
             let is_of = |c: &Candidate| {
                 let is_here = (times[j] / end - c.near).abs() < SAME;
-                is_here
-                    && c.points().any(|p| p == point)
-                    && is_moment(&chain, times, (j, point), end)
+                let mut of_point = c.visit.iter().filter(|(p, _)| *p == point);
+                is_here && of_point.any(|of| is_moment(&chain, times, (j, *of), end))
             };
             found.iter().any(|visit| visit.has(j, point)) || group.iter().any(is_of)
         };
@@ -316,14 +326,20 @@ impl<'a> Search<'a> {
         Ok((touch.h / self.family.monitor_unit(touch.phase, to.0), touch.t / end))
     }
 
-    /// The grazing of contacts nearest to an orbit in the present chart: Newton's method along the ghost branch for the first of them.
+    /// The grazing of contacts nearest to an orbit in the present chart: Newton's method along the ghost branch for the first of them, from the orbit itself, or from
+    /// where a march ahead finds that the contact changes from one side to the other.
     fn grazing(
         &mut self,
         x: &[f64],
         group: &[Candidate],
         coming: &Coming,
+        marches: bool,
     ) -> Result<Option<Ghost>, OrbitError> {
         let (mut x, mut group) = (self.without(x, group), group.to_vec());
+        if marches {
+            let Some((start, near)) = self.march(x, &group[0], coming)? else { return Ok(None) };
+            (x, group[0].near) = (start, near);
+        }
         for _ in 0..READINGS {
             let Some(ghost) = self.along(x, group, coming)? else { return Ok(None) };
             // the other switches as the motion has them
@@ -345,6 +361,48 @@ impl<'a> Search<'a> {
         std::iter::once(first).chain(others.into_iter().map(|(_, set)| set)).collect()
     }
 
+    /// The direction of the branch as far as the present chart shares its unknowns, times their weights.
+    fn direction(&self, x: &[f64], coming: &Coming) -> Vec<f64> {
+        let n = self.family.closure.unknowns(self.family.body.n());
+        let weights = self.family.weights(x);
+        let mut c = vec![0.0; x.len()];
+        (0..n).for_each(|i| c[i] = weights[i] * coming.place.tangent[i]);
+        c[x.len() - 1] = weights[x.len() - 1] * coming.place.tangent[n];
+        c
+    }
+
+    /// Ahead along the present chart until the least value of a contact's monitor changes its sign: `X` on the nearer side, and where the contact is there.
+    fn march(
+        &mut self,
+        mut x: Vec<f64>,
+        candidate: &Candidate,
+        coming: &Coming,
+    ) -> Result<Option<(Vec<f64>, f64)>, OrbitError> {
+        let (mut c, mut candidate) = (self.direction(&x, coming), candidate.clone());
+        let weights = self.family.weights(&x);
+        let mut last: Option<(Vec<f64>, f64, f64)> = None;
+        for _ in 0..=PIECES {
+            let Some(found) = correct(&mut self.family, &x, &c, dot(&c, &x))? else {
+                return Ok(None);
+            };
+            let Some((t, _)) = tangent(&mut self.family, &found.x, &c)? else { return Ok(None) };
+            let (h, near) = self.miss(&found.x, &candidate)?;
+            candidate.near = near;
+            if self.is_at_switch(&found.x, &candidate) {
+                return Ok(None);
+            }
+            if let Some((x, g, near)) = last.filter(|(_, g, _)| *g * h < 0.0) {
+                let is_nearer = g.abs() < h.abs();
+                return Ok(Some(if is_nearer { (x, near) } else { (found.x, candidate.near) }));
+            }
+            let ahead = found.x.iter().zip(&t).map(|(x, t)| x + coming.within / PIECES as f64 * t);
+            x = ahead.collect();
+            c = weights.iter().zip(&t).map(|(w, t)| w * t).collect();
+            last = Some((found.x, h, near));
+        }
+        Ok(None)
+    }
+
     /// Along the present chart to where the first of some contacts grazes.
     fn along(
         &mut self,
@@ -352,12 +410,8 @@ impl<'a> Search<'a> {
         mut group: Vec<Candidate>,
         coming: &Coming,
     ) -> Result<Option<Ghost>, OrbitError> {
-        let n = self.family.closure.unknowns(self.family.body.n());
         let weights = self.family.weights(&x);
-        // the branch as far as the chart shares its unknowns
-        let mut c = vec![0.0; x.len()];
-        (0..n).for_each(|i| c[i] = weights[i] * coming.place.tangent[i]);
-        c[x.len() - 1] = weights[x.len() - 1] * coming.place.tangent[n];
+        let mut c = self.direction(&x, coming);
         let mut nearest = f64::INFINITY;
         for _ in 0..STEPS {
             let gamma = dot(&c, &x);

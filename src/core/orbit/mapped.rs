@@ -3,7 +3,7 @@
 //! Motions of viscous bodies have as many corners as undamped ones, but neighbouring charts almost agree there: the branch need not stop at them. Where a
 //! grazing bends it too much for any step, [`Mapped::over`] goes through the grazing itself; [`Mapped::across`] tries longer steps.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use faer::Mat;
 
@@ -15,6 +15,9 @@ use super::section::{Section, later};
 use super::shooting::{Closure, image, jacobian};
 use super::{OrbitError, OrbitFamily, rounding_of, tolerate};
 use crate::continuation::{self, Family, Judgement, Place, Units, norm};
+
+/// How many switches each contact point has.
+type Visits = BTreeMap<usize, usize>;
 
 /// A family of damped orbits of one body: viscous nonlinear modes, or forced.
 pub struct Mapped<'a> {
@@ -104,17 +107,25 @@ impl<'a> Mapped<'a> {
         Ok(None)
     }
 
+    /// The scalar product of arclength at a point.
+    fn product(&self, x: &[f64]) -> impl Fn(&[f64], &[f64]) -> f64 + use<> {
+        let weights = self.weights(x);
+        move |a, b| a.iter().zip(b).zip(&weights).map(|((a, b), w)| w * a * b).sum()
+    }
+
     /// The grazings of the points that `is_asked` names ahead on the branch, the nearest first.
     fn grazings(
         &mut self,
         place: &Place<Chain>,
+        within: f64,
         is_asked: impl Fn(usize) -> bool,
     ) -> Result<Vec<Ghost>, OrbitError> {
         if !self.goes_over() {
             return Ok(vec![]);
         }
         let weights = self.weights(&place.x);
-        let coming = Coming { place, weights: &weights, passed: self.passed.as_deref() };
+        let passed = self.passed.as_deref();
+        let coming = Coming { place, weights: &weights, passed, within };
         grazing::ahead(self.body, self.closure, &coming, is_asked)
     }
 
@@ -138,6 +149,37 @@ impl<'a> Mapped<'a> {
         Ok(None)
     }
 
+    /// The same, of grazings with which nothing else changes: neither there nor behind them are other visits than those that graze.
+    fn next_crossing(
+        &mut self,
+        from: &[f64],
+        found: &[Ghost],
+    ) -> Result<Option<Crossing>, OrbitError> {
+        let before = self.visits(from)?;
+        for ghost in found {
+            let Some(crossing) = self.crossing(from, std::slice::from_ref(ghost))? else {
+                continue;
+            };
+            let Crossing { at, border, behind } = &crossing;
+            if self.differs_by(&before, at, border)? && self.differs_by(&before, behind, border)? {
+                return Ok(Some(crossing));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether an orbit has no other visits than some, but for those of the points that graze; of one that grazes the motion may not be one that can be followed.
+    fn differs_by(
+        &mut self,
+        visits: &Visits,
+        x: &[f64],
+        border: &Border,
+    ) -> Result<bool, OrbitError> {
+        let there = tolerate(self.visits(x))?;
+        let is_own = |p: usize| border.points().any(|q| q == p);
+        Ok(there.is_none_or(|there| changes(visits, &there).all(is_own)))
+    }
+
     /// The grazings of some points (of any, where none are named) ahead of a place and no further from it than `within`, the nearest first.
     fn near(
         &mut self,
@@ -145,11 +187,12 @@ impl<'a> Mapped<'a> {
         points: &[usize],
         within: f64,
     ) -> Result<Vec<Ghost>, OrbitError> {
-        let mut found = self.grazings(place, |p| points.is_empty() || points.contains(&p))?;
-        let weights = self.weights(&place.x);
+        let is_asked = |p| points.is_empty() || points.contains(&p);
+        let mut found = self.grazings(place, within, is_asked)?;
+        let dot = self.product(&place.x);
         let distance = |ghost: &Ghost| {
             let way = from_to(&place.x, &ghost.at);
-            way.iter().zip(&weights).map(|(d, w)| w * d * d).sum::<f64>().sqrt()
+            dot(&way, &way).sqrt()
         };
         found.retain(|ghost| distance(ghost) <= within);
         found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
@@ -164,22 +207,72 @@ impl<'a> Mapped<'a> {
         changed: &[usize],
         (mut last, within): (Crossing, f64),
         all: &mut Vec<(Border, Vec<f64>)>,
-    ) -> Result<(), OrbitError> {
+    ) -> Result<Visits, OrbitError> {
         loop {
             let is_known =
                 |p: &usize| all.iter().any(|(border, _)| border.points().any(|q| q == *p));
             let left: Vec<usize> = changed.iter().copied().filter(|p| !is_known(p)).collect();
             if left.is_empty() {
-                return Ok(());
+                return self.visits(&last.behind);
             }
-            let Some((tangent, ..)) = self.leaving(&last)? else { return Ok(()) };
+            let Some((tangent, ..)) = self.leaving(&last)? else {
+                return self.visits(&last.behind);
+            };
             let place = Place { x: last.behind.clone(), tangent, ..from.clone() };
             let found = self.near(&place, &left, within)?;
-            let Some(next) = self.crossing(&place.x, &found)? else { return Ok(()) };
+            let Some(next) = self.next_crossing(&place.x, &found)? else {
+                return self.visits(&place.x);
+            };
             all.push((next.border.clone(), next.at.clone()));
             self.passed = Some(next.at.clone());
             last = next;
         }
+    }
+
+    /// The grazings in a step, one after the other, of which the first is one of those found ahead and behind the last of which the visits are those that the step came to.
+    fn leading_to(
+        &mut self,
+        visits: &Visits,
+        from: &Place<Chain>,
+        (found, changed): (&[Ghost], &[usize]),
+        within: f64,
+    ) -> Result<Option<Vec<(Border, Vec<f64>)>>, OrbitError> {
+        let passed = self.passed.clone();
+        for ghost in found {
+            let one = std::slice::from_ref(ghost);
+            let Some(first) = self.next_crossing(&from.x, one)? else { continue };
+            let mut all = vec![(first.border.clone(), first.at.clone())];
+            self.passed = Some(first.at.clone());
+            if self.further(from, changed, (first, within), &mut all)? == *visits {
+                return Ok(Some(all));
+            }
+            self.passed.clone_from(&passed);
+        }
+        Ok(None)
+    }
+
+    /// What a step from a point lost, by the grazings of the points that changed behind where it led to, `x` with the tangent there: on that side a branch may be smooth up
+    /// to them where it is not on the other.
+    fn looking_back(
+        &mut self,
+        from: &Place<Chain>,
+        (x, tangent): (&[f64], &[f64]),
+        changed: &[usize],
+        within: f64,
+    ) -> Result<Vec<(Border, Vec<f64>)>, OrbitError> {
+        let back = tangent.iter().map(|t| -t).collect();
+        let place = Place { x: x.to_vec(), tangent: back, ..from.clone() };
+        let found = self.near(&place, changed, within)?;
+        let Some(crossing) = self.next_crossing(x, &found)? else { return Ok(vec![]) };
+        let mut all = vec![(crossing.border.clone(), crossing.at.clone())];
+        let (passed, nearest) = (self.passed.take(), crossing.at.clone());
+        self.further(&place, changed, (crossing, within), &mut all)?;
+        // no further back than the step reaches
+        let (dot, way) = (self.product(&from.x), from_to(&from.x, x));
+        all.retain(|(_, at)| dot(&from_to(&from.x, at), &way) >= 0.0);
+        self.passed = if all.is_empty() { passed } else { Some(nearest) };
+        all.reverse();
+        Ok(all)
     }
 
     /// Right behind a grazing: the tangent away from it, the orientation, and the way from there.
@@ -192,6 +285,15 @@ impl<'a> Mapped<'a> {
         Ok(found.map(|(tangent, orientation)| (tangent, orientation, length)))
     }
 
+    /// Why the motions ahead of a place cannot be followed, where that is so.
+    pub(super) fn unfollowed(&mut self, place: &Place<Chain>) -> Option<String> {
+        ACROSS.into_iter().find_map(|s| {
+            let ahead = place.x.iter().zip(&place.tangent).map(|(x, t)| x + s * t);
+            let why = self.look(&ahead.collect::<Vec<f64>>(), false).err()?;
+            why.is_of_one_motion().then(|| format!("the motion ahead cannot be followed: {why}"))
+        })
+    }
+
     /// The grazing at which a branch is stuck, and the branch behind it.
     pub(super) fn over(
         &mut self,
@@ -201,7 +303,7 @@ impl<'a> Mapped<'a> {
         let crossing = match self.ahead.take().filter(|(x, _)| *x == place.x) {
             Some((_, crossing)) => Some(crossing),
             None => {
-                let found = self.grazings(place, |_| true)?;
+                let found = self.grazings(place, f64::INFINITY, |_| true)?;
                 self.crossing(&place.x, &found)?
             }
         };
@@ -228,7 +330,7 @@ impl<'a> Mapped<'a> {
     }
 
     /// How many switches each contact point has in an orbit; its multipliers are not asked for.
-    fn visits(&mut self, x: &[f64]) -> Result<BTreeMap<usize, usize>, OrbitError> {
+    fn visits(&mut self, x: &[f64]) -> Result<Visits, OrbitError> {
         match self.known(x) {
             Some(orbit) => Ok(counts(orbit)),
             None => Ok(counts(&self.look(x, false)?)),
@@ -279,11 +381,22 @@ pub(super) fn evaluated(
     Ok(Some((at.r, j)))
 }
 
+/// A step that went over grazings, in their order.
+fn over(all: Vec<(Border, Vec<f64>)>) -> Judgement<Border> {
+    Judgement::Over(all.into_iter().map(|(border, x)| (x, border)).collect())
+}
+
 /// How many switches each contact point has in an orbit.
-fn counts(orbit: &Orbit) -> BTreeMap<usize, usize> {
+fn counts(orbit: &Orbit) -> Visits {
     let mut counts = BTreeMap::new();
     orbit.switches.iter().for_each(|s| *counts.entry(s.point).or_default() += 1);
     counts
+}
+
+/// The points of which there are more switches in one of two orbits than in the other; a point without any stands in none.
+fn changes<'v>(a: &'v Visits, b: &'v Visits) -> impl Iterator<Item = usize> {
+    let all: BTreeSet<usize> = a.keys().chain(b.keys()).copied().collect();
+    all.into_iter().filter(|p| a.get(p) != b.get(p))
 }
 
 /// The duration of the shortest visit of an orbit, over its period.
@@ -422,11 +535,7 @@ impl Family for Mapped<'_> {
         x: &[f64],
         tangent: &[f64],
     ) -> Result<Judgement<Border>, OrbitError> {
-        let weights = self.weights(&from.x);
-        let dot = |a: &[f64], b: &[f64]| -> f64 {
-            a.iter().zip(b).zip(&weights).map(|((a, b), w)| w * a * b).sum()
-        };
-        let way = from_to(&from.x, x);
+        let (dot, way) = (self.product(&from.x), from_to(&from.x, x));
         let length = dot(&way, &way).sqrt();
         self.short = if length < SHORT.1 * self.longest { self.short + 1 } else { 0 };
         if !self.goes_over() {
@@ -434,8 +543,7 @@ impl Family for Mapped<'_> {
         }
         let (before, after) = (self.seen(&from.x)?, self.seen(x)?);
         let (a, b) = (counts(&before), counts(&after));
-        let changed: Vec<usize> =
-            a.keys().chain(b.keys()).copied().filter(|p| a.get(p) != b.get(p)).collect();
+        let changed: Vec<usize> = changes(&a, &b).collect();
         let last = x.len() - 1;
         let turned = from.tangent[last] * tangent[last] < 0.0;
         let brief = shortest(&before).min(shortest(&after)) < BRIEF || before.grazing < GRAZING;
@@ -445,11 +553,21 @@ impl Family for Mapped<'_> {
         }
         let within = if is_stuck { f64::INFINITY } else { WITHIN * length };
         let found = self.near(from, &changed, within)?;
+        if !changed.is_empty() {
+            if let Some(all) = self.leading_to(&b, from, (&found, &changed), within)? {
+                return Ok(over(all));
+            }
+            let back = self.looking_back(from, (x, tangent), &changed, within)?;
+            if !back.is_empty() {
+                return Ok(over(back));
+            }
+        }
         let Some(crossing) = self.crossing(&from.x, &found)? else { return Ok(Judgement::Along) };
         let behind = from_to(&crossing.at, &crossing.behind);
         let landed = from_to(&crossing.at, x);
         if !changed.is_empty() && dot(&behind, &landed) > 0.0 {
             let mut all = vec![(crossing.border.clone(), crossing.at.clone())];
+            let after_first = self.visits(&crossing.behind)?;
             for (border, at) in found.into_iter().map(|ghost| (ghost.border(), ghost.at)) {
                 // in the step, and another one
                 let there = dot(&from_to(&from.x, &at), &way) / (length * length);
@@ -458,13 +576,14 @@ impl Family for Mapped<'_> {
                     let shares = border.points().any(|p| known.points().any(|q| p == q));
                     shares && dot(&apart, &apart).sqrt() < SAME
                 });
-                if (0.0..=BEYOND).contains(&there) && !is_known {
+                let is_next = (0.0..=BEYOND).contains(&there) && !is_known;
+                if is_next && self.differs_by(&after_first, &at, &border)? {
                     all.push((border, at));
                 }
             }
             self.passed = Some(crossing.at.clone());
             self.further(from, &changed, (crossing, within), &mut all)?;
-            return Ok(Judgement::Over(all.into_iter().map(|(border, x)| (x, border)).collect()));
+            return Ok(over(all));
         }
         self.ahead = Some((from.x.clone(), crossing));
         Ok(Judgement::Astray)

@@ -78,14 +78,16 @@ pub(super) fn merged(chain: &Chain, times: &[f64], end: f64) -> (States, Vec<(f6
     (chain.sets[0].clone(), changes.collect())
 }
 
-/// Whether switch `j` of a point is one end of a visit that rounding errors make of a grazing.
+/// Whether switch `j` of a point is one end of a visit in a state that rounding errors make of a grazing.
 pub(super) fn is_moment(
     chain: &Chain,
     times: &[f64],
-    (j, point): (usize, usize),
+    (j, (point, to)): (usize, (usize, PointState)),
     end: f64,
 ) -> bool {
-    stays(chain, point).any(|(a, b)| (a == j || b == j) && times[b] - times[a] <= MOMENT * end)
+    let is_brief = |a: usize, b: usize| times[b] - times[a] <= MOMENT * end;
+    let is_in = |a: usize| chain.sets[a + 1].at(point) == to;
+    stays(chain, point).any(|(a, b)| (a == j || b == j) && is_brief(a, b) && is_in(a))
 }
 
 /// A chart without the switches that `is_gone` tells of, by their number and point.
@@ -162,8 +164,10 @@ mod tests {
             (&chain.sets, &chain.points, &times),
             (&wanted.0.sets, &wanted.0.points, &wanted.1)
         );
-        assert!(!is_moment(&across.0, &across.1, (0, 0), 1.0));
-        assert!(is_moment(&across.0, &across.1, (2, 0), 1e7));
+        let closed = |point: usize| (point, PointState::Closed);
+        assert!(!is_moment(&across.0, &across.1, (0, closed(0)), 1.0));
+        assert!(is_moment(&across.0, &across.1, (2, closed(0)), 1e7));
+        assert!(!is_moment(&across.0, &across.1, (2, (0, PointState::Open)), 1e7));
     }
 
     #[test]
