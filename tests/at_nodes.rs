@@ -466,6 +466,55 @@ fn sliders_respond_as_in_closed_form() {
     }
 }
 
+/// A spring with a slider at the end of two elements, a damper in their middle: the orbit takes a period what a march by small steps takes, which knows no modes and no events.
+#[test]
+fn a_slider_with_its_spring_has_orbits_beside_a_damper() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, out] = ["scene.toml", "out.h5"].map(|n| folder.path().join(n).display().to_string());
+    let (c, k, limit, f, w) = (0.05, 0.5, 0.02, 0.05, 0.9);
+    let text = format!(
+        "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [2]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+         [[slider]]\nedge = 'right'\nlimit = {limit}\nstiffness = {k}\n[[damper]]\nat = [0.5]\nviscosity = {c}\n\
+         [[load]]\nkind = 'point'\nat = [1.0]\namplitude = {f}\nomega = {w}\n[run]\nperiods = 1\n"
+    );
+    std::fs::write(&file, &text).unwrap();
+    let orbit = json(&["orbit", &file, "-o", &out]);
+    // M⁻¹ of two elements of length one half
+    let (m, d) = ([1.0 / 3.0, 1.0 / 12.0, 1.0 / 6.0], 1.0 / 3.0 / 6.0 - 1.0 / 144.0);
+    let rate = |t: f64, x: [f64; 4], s: f64| {
+        let r =
+            [-4.0 * x[0] + 2.0 * x[1] - c * x[2], 2.0 * x[0] - 2.0 * x[1] - s + f * (w * t).cos()];
+        [x[2], x[3], (m[2] * r[0] - m[1] * r[1]) / d, (m[0] * r[1] - m[1] * r[0]) / d]
+    };
+    // the spring's force by its place, which a slip takes along
+    let (steps, periods) = (40_000, 40);
+    let h = std::f64::consts::TAU / w / f64::from(steps);
+    let (mut x, mut z, mut work) = ([0.0; 4], 0.0, 0.0);
+    for j in 0..steps * periods {
+        let t = f64::from(j) * h;
+        let force = |x: [f64; 4]| (k * (x[1] - z)).clamp(-limit, limit);
+        let along = |a: [f64; 4], by: [f64; 4], h: f64| std::array::from_fn(|i| a[i] + h * by[i]);
+        let a = rate(t, x, force(x));
+        let half = along(x, a, 0.5 * h);
+        let b = rate(t + 0.5 * h, half, force(half));
+        x = along(x, b, h);
+        let slip = (x[1] - z) - force(x) / k;
+        z += slip;
+        work += if j >= steps * (periods - 1) { limit * slip.abs() } else { 0.0 };
+    }
+    let taken = orbit["friction_work"].as_f64().unwrap();
+    println!("{taken} {work}");
+    assert!(orbit["residual"].as_f64().unwrap() < 1e-12 && orbit["stable"] == true);
+    // of the first order in the step: 2e-5
+    assert!((taken / work - 1.0).abs() < 1e-4, "{taken} {work}");
+    // the rate of switches that ends a run is one of the spring, too, however stiff
+    let stiff =
+        text.replace("stiffness = 0.5", "stiffness = 1e6").replace("periods = 1", "periods = 5");
+    std::fs::write(&file, stiff).unwrap();
+    let run = json(&["run", &file, "-o", &out, "--force"]);
+    assert_eq!(run["status"], "complete", "{run}");
+}
+
 /// The loss of a cycle of given displacement is that of the sliders that slide, `Σ 4 f (X − f/k)`: of Segalman's four parameters what their density says,
 /// `4 R X^{χ+3}/((χ+2)(χ+3))`.
 #[test]
@@ -881,4 +930,19 @@ fn bad_elements_are_named() {
         };
         assert!(said.contains(key) && said.contains(word), "{tables}: {said}");
     }
+}
+
+/// What springs of sliders remember are displacements that no node has: files of bodies with many of them, and with contact, are read again.
+#[test]
+fn files_are_read_with_what_springs_remember() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, out] = ["scene.toml", "out.h5"].map(|n| folder.path().join(n).display().to_string());
+    let iwan = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [2]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+                [[iwan]]\nat = [0.5]\nlimit = 0.03\nstiffness = 1.0\nchi = -0.5\nbeta = 0.1\nsliders = 20\n[contact]\nedge = 'right'\ngap = 0.1\n\
+                [[load]]\nkind = 'point'\nomega = 1.7\nat = [0.5]\namplitude = 0.01\n[run]\nuntil = 5.0\n";
+    std::fs::write(&file, iwan).unwrap();
+    json(&["run", &file, "-o", &out]);
+    assert_eq!(json(&["inspect", &out])["n_contact"], 22);
+    let stored = signorini::store::Stored::read(out.as_ref()).unwrap();
+    assert_eq!(stored.n_displacements(), 2 + 21);
 }

@@ -89,4 +89,13 @@ pub enum FemError {
         /// Number of modes asked for.
         wanted: usize,
     },
+    /// The complex modes of a phase do not span its motions.
+    #[error(
+        "a phase of the motion has no complete set of modes ({size} displacements): its eigenvectors are dependent, or points that slip leave it no stiffness; \
+         the damping of Rayleigh instead of dampers or ratios of modes, or a spring that holds the body, gives it one"
+    )]
+    Dependent {
+        /// Number of displacements.
+        size: usize,
+    },
 }

@@ -65,7 +65,7 @@ impl Eigenpairs {
     /// Those of a phase; `a` is its `A`.
     pub fn of(operators: &Operators, a: &Mat<f64>, scale: &[f64]) -> Result<Eigenpairs, FemError> {
         let n = scale.len();
-        let failed = || FemError::Eigen { size: 2 * n, wanted: 2 * n };
+        let failed = || FemError::Dependent { size: n };
         let pairs = match of_mass(&operators.damping) {
             Some(alpha) => Self::of_stiffness(&operators.stiffness, alpha, scale),
             None => Self::of_companion(a),

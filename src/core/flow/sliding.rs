@@ -298,6 +298,22 @@ impl SlidingMotion {
         Some(motion)
     }
 
+    /// The steady response `(q, q̇)` to the loads at the start, of all coordinates: what sticks does not respond, and constant forces have none along rigid motions.
+    pub fn response(&self, phase: &Coupled) -> Vec<f64> {
+        let ((first, last), n) = (phase.bounds(), phase.counts.iter().sum::<usize>());
+        let inner = self.inner.response();
+        let mut x = vec![0.0; 2 * n];
+        x[first..last].copy_from_slice(&inner[..last - first]);
+        x[n + first..n + last].copy_from_slice(&inner[last - first..]);
+        for (p, (omega, _)) in self.driven.iter().zip(self.inner.driven()) {
+            for (i, p) in p.iter().enumerate() {
+                x[i] += p.re;
+                x[n + i] += (p * C::new(0.0, *omega)).re;
+            }
+        }
+        x
+    }
+
     /// The motion of the coupled coordinates.
     pub fn inner(&self) -> &CoupledMotion {
         &self.inner

@@ -240,8 +240,7 @@ impl Spectrum {
                 let coupled = Coupled::new(operators, &scale, outer, alpha, rows, &forces)?;
                 let slips = mixing.forces.as_ref().is_some_and(|f| f.skew.is_none());
                 if slips && coupled.is_singular() {
-                    let size = 2 * basis.omega.len();
-                    return Err(FemError::Eigen { size, wanted: size });
+                    return Err(FemError::Dependent { size: basis.omega.len() });
                 }
                 Some(coupled)
             }
@@ -383,7 +382,7 @@ impl Spectrum {
         let n = self.modes.len();
         let still = vec![0.0; n];
         let motion = SlidingMotion::new(coupling, &still, &still, &motion::angles(loads, 0.0));
-        Some(motion.map_or_else(|| vec![f64::NAN; 2 * n], |m| m.inner().response()))
+        Some(motion.map_or_else(|| vec![f64::NAN; 2 * n], |m| m.response(coupling)))
     }
 
     /// `ΦᵀCΦ`, where it is not diagonal.

@@ -183,6 +183,7 @@ impl OrbitError {
                 | OrbitError::Held { .. }
                 | OrbitError::Feedback { .. }
                 | OrbitError::Value(..)
+                | OrbitError::Spectrum(FemError::Dependent { .. })
         )
     }
 }

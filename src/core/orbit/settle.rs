@@ -296,9 +296,18 @@ pub fn ladder(
                 why.push(format!("the body settles to an orbit of {p} periods of the loads"));
             }
             Settled::Rest(_) => why.push("the body comes to rest".into()),
-            Settled::Restless { least, .. } => why.push(format!(
-                "the body does not come back within {periods} periods (nearest return {least:.1e} of its size)"
-            )),
+            Settled::Restless { least, z } => {
+                // it has come back, to an orbit that is unstable for what it never meets: a symmetric body that moves symmetrically
+                if least < NEAR[NEAR.len() - 1] {
+                    let verdict = find(body, closure, &z, omega, &Effort::default())?;
+                    if let Some(orbit) = verdict.orbit() {
+                        return Ok(Ok(Box::new(orbit.clone())));
+                    }
+                }
+                why.push(format!(
+                    "the body does not come back within {periods} periods (nearest return {least:.1e} of its size)"
+                ));
+            }
             Settled::Flawed { periods, flaws, .. } => why.push(repeats(periods, &flaws)),
             Settled::Unbounded => why.push("the motion grows without bound".into()),
             Settled::Broken(reason) => {
