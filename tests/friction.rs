@@ -394,6 +394,78 @@ fn a_shaken_block_walks_down_a_slope() {
     assert!(relative(&[farthest], &[drift]) < 1e-6, "{farthest} {drift}");
 }
 
+/// A block that friction alone holds, damped by ratios of its modes: on the way to its orbit are phases whose eigenvectors are dependent, which Newton's method goes around. From its
+/// state Runge–Kutta takes the same in a period.
+#[test]
+fn phases_without_modes_do_not_end_a_search() {
+    let tables = "[contact]\nedge = 'bottom'\ngap = 0.0\nfriction = 0.3\n[damping]\nmodal = 0.02\n[[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.0, -0.1]\n\
+                  [[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.05, 0.0]\nomega = 1.3\n[initial]\nequilibrium = true\n";
+    let body = "[body]\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = [1, 1]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n";
+    let place = tempfile::tempdir().unwrap();
+    let [file, out] = ["block.toml", "o.h5"].map(|n| place.path().join(n).display().to_string());
+    let text = format!("{body}{tables}");
+    std::fs::write(&file, text.clone() + "[run]\nperiods = 1\n").unwrap();
+    let orbit = json(&["orbit", &file, "-o", &out]);
+    assert!(orbit["residual"].as_f64().unwrap() < 1e-12);
+    let until = std::f64::consts::TAU / 1.3;
+    let from =
+        format!("[initial]\nfile = '{out}'\n[run]\nuntil = {until:?}\nintegrator = 'dop853'\n");
+    std::fs::write(&file, text.replace("[initial]\nequilibrium = true\n", "") + &from).unwrap();
+    let run = json(&["run", &file, "-o", &out.replace("o.h5", "r.h5")]);
+    let wanted = run["friction_work"].as_f64().unwrap();
+    let found = orbit["friction_work"].as_f64().unwrap();
+    println!("{found} {wanted}");
+    assert!(relative(&[found], &[wanted]) < 1e-5, "{found} {wanted}");
+}
+
+/// Tables have what friction took and did: their columns add up to one energy; what is said of a file counts every kind of switch.
+#[test]
+fn tables_and_what_is_said_of_files_know_friction() {
+    let tables = "[contact]\nedge = 'right'\ngap = 0.0\nfriction = 0.3\nsurface = [0.0, 0.1]\n[[slider]]\nedge = 'left'\ndirection = [1.0, 0.0]\nlimit = 0.03\nstiffness = 0.5\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.2, 0.02]\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.05, 0.15]\nomega = 1.0\n[damping]\nrayleigh = [0.1, 0.0]\n[run]\nuntil = 12.0\nsamples = 50\n";
+    let place = tempfile::tempdir().unwrap();
+    let path = |name: &str| place.path().join(name).display().to_string();
+    std::fs::write(path("s.toml"), plate(SIZE, tables)).unwrap();
+    let run = json(&["run", &path("s.toml"), "-o", &path("s.h5")]);
+    json(&["export", &path("s.h5"), "--format", "csv", "-o", &path("s")]);
+    let text = std::fs::read_to_string(path("s.csv")).unwrap();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    let column = |name: &str| head.iter().position(|h| *h == name).unwrap();
+    let terms = [
+        ("kinetic", 1.0),
+        ("elastic", 1.0),
+        ("jumps", -1.0),
+        ("external", -1.0),
+        ("dissipated", 1.0),
+        ("friction", 1.0),
+        ("belt", -1.0),
+    ];
+    let terms = terms.map(|(name, sign)| (column(name), sign));
+    let sums: Vec<f64> = lines
+        .map(|row| terms.iter().map(|(k, sign)| sign * row[*k].parse::<f64>().unwrap()).sum())
+        .collect();
+    let (low, high) =
+        sums.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(*s), b.max(*s)));
+    assert!(run["friction_work"].as_f64().unwrap() > 1e-3 && high - low < 1e-11, "{low} {high}");
+    assert!(
+        head.iter().any(|h| h.starts_with("traction["))
+            && head.iter().any(|h| h.starts_with("slide[slider0"))
+    );
+    let said = crate::common::run(&["inspect", &path("s.h5")]);
+    let said = String::from_utf8(said.stdout).unwrap();
+    let stored = Stored::read(path("s.h5").as_ref()).unwrap();
+    let count = |kind: &str| stored.switch_kind.iter().filter(|k| *k == kind).count();
+    let wanted = format!(
+        "({} close, {} open, {} sticking, {} slipping)",
+        count("close"),
+        count("open"),
+        count("sticking"),
+        count("slipping")
+    );
+    assert!(count("slipping") > 2 && said.contains(&wanted), "{wanted}: {said}");
+    assert!(said.contains(", 1 slider\n"), "{said}");
+}
+
 /// A body that slides steadily and squeals: its complex modes are those of the phase, growth and all, and a surface that rests has none.
 #[test]
 fn modes_of_steady_sliding_grow() {

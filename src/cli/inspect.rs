@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use signorini::event::SwitchKind;
 use signorini::records::{Branch, OrbitRecord, PointKind, PointRecord};
 use signorini::report::comparison;
 use signorini::report::crosscheck::{Tally, by_harmonics};
-use signorini::report::summary::significant;
+use signorini::report::summary::{kinds_of_switches, plural, significant};
 use signorini::store::{
     Content, Held, Origin, Raw, Stored, StoredFamily, attributes, content, entries, held,
     read_comparison, read_crosscheck, read_origin, read_raw, read_stored_orbit,
@@ -138,7 +139,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         return Ok(Answer::text(s.scene));
     }
     let span = [s.t.first().copied(), s.t.last().copied()];
-    let closings = s.switch_kind.iter().filter(|k| *k == "close").count();
+    let switches = kinds_of_switches(|kind| {
+        s.switch_kind.iter().filter(|name| SwitchKind::of_name(name) == kind).count()
+    });
+    let sliders = match s.gap.len() - s.facing() {
+        0 => String::new(),
+        count => format!(", {}", plural(count, "slider", "sliders")),
+    };
     Ok(global.answer(
         || {
             let mut json = json!({
@@ -157,13 +164,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             let mut line = |label: &str, text: String| {
                 let _ = writeln!(out, "  {label:<12}{text}");
             };
-            line("title", s.title.clone());
+            if !s.title.is_empty() {
+                line("title", s.title.clone());
+            }
             line("status", s.status.to_string());
             line("made by", format!("signorini {} at {}", s.version, s.created));
             line("command", s.command.clone());
             line(
                 "mesh",
-                format!("{} nodes, {} elements, {} displacements, {} contact nodes", s.nodes.nrows(), s.elements.nrows(), s.n_displacements(), s.gap.len()),
+                format!(
+                    "{} nodes, {} elements, {} displacements, {}{sliders}",
+                    s.nodes.nrows(),
+                    s.elements.nrows(),
+                    s.n_displacements(),
+                    plural(s.facing(), "contact node", "contact nodes")
+                ),
             );
             if let [Some(a), Some(b)] = span {
                 let kept = match s.n_kept() == s.n_displacements() {
@@ -175,7 +190,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             if let Some(o) = &orbit {
                 line("orbit", orbit_text(o));
             }
-            line("switches", format!("{} ({closings} close, {} open)", s.switch_t.len(), s.switch_t.len() - closings));
+            line("switches", format!("{} {switches}", s.switch_t.len()));
             line("grazings", s.grazings.to_string());
             line("scene", format!("{} lines (print it with --scene)", s.scene.lines().count()));
             out

@@ -229,8 +229,8 @@ impl Stored {
             None => vec![],
         };
         let dof_map: Array2<i64> = mesh.dataset("dof_map")?.table()?;
-        let n = check_displacements(path, &dof_map, &contact_dofs)?;
         let n_c = gap.len();
+        let n = check_displacements(path, &dof_map, (&contact_dofs, n_c))?;
         Ok(Stored {
             path: path.to_owned(),
             title: text("title"),
@@ -487,7 +487,7 @@ impl Stored {
     }
 
     /// Number of contact points before obstacles: sliders, which belong to no group, stand behind them.
-    pub(crate) fn facing(&self) -> usize {
+    pub fn facing(&self) -> usize {
         self.contact_groups.iter().take_while(|g| **g != usize::MAX).count()
     }
 
@@ -796,16 +796,17 @@ fn read_against(
     first.windows(2).map(of_point).collect::<Option<_>>().ok_or_else(damaged)
 }
 
-/// Number of displacements that these tables name: one more than the largest number. It is at most as many as they have entries, for each displacement of the
-/// body stands in one of them; a larger one is that of a damaged file, and nothing of that size is asked for.
+/// Number of displacements that these tables name: one more than the largest number. It is at most as many as they have entries, and what each of some contact points
+/// may remember (springs of sliders), for each displacement of the body stands in one of them; a larger one is that of a damaged file, and nothing of that size is
+/// asked for.
 fn check_displacements(
     path: &Path,
     dof_map: &Array2<i64>,
-    contact_dofs: &[usize],
+    (contact_dofs, points): (&[usize], usize),
 ) -> Result<usize, StoreError> {
     let of_nodes = dof_map.iter().filter_map(|&i| usize::try_from(i).ok());
     let n = of_nodes.chain(contact_dofs.iter().copied()).max().map_or(0, |i| i.saturating_add(1));
-    match n <= dof_map.len() + contact_dofs.len() {
+    match n <= dof_map.len() + contact_dofs.len() + points {
         true => Ok(n),
         false => Err(StoreError::unusable(path, "damaged: /mesh/dof_map")),
     }

@@ -31,9 +31,16 @@ fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
     for name in Stored::energy_names() {
         let _ = write!(out, ",{name}");
     }
+    let rubbed = stored.rubbed.as_ref();
+    let slide = rubbed.and_then(|r| r.slide.as_ref());
+    out.push_str(if rubbed.is_some() { ",friction,belt" } else { "" });
+    let of_friction = [("traction", rubbed.is_some()), ("slide", slide.is_some())];
+    let of_friction = of_friction.into_iter().filter(|of| of.1).map(|of| of.0);
+    let of_contact: Vec<&str> =
+        ["u_n", "pressure", "active"].into_iter().chain(of_friction).collect();
     for i in 0..stored.gap.len() {
         let point = stored.contact_name(i);
-        for column in ["u_n", "pressure", "active"] {
+        for column in &of_contact {
             let _ = write!(out, ",{}", quoted(&format!("{column}[{point}]")));
         }
     }
@@ -64,14 +71,18 @@ fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
     out.push('\n');
     for &row in rows {
         out.push_str(&number(stored.t[row]));
-        for column in &stored.energy {
+        let of_friction = rubbed.into_iter().flat_map(|r| [&r.taken, &r.belt]);
+        for column in stored.energy.iter().chain(of_friction) {
             // not known where the run followed the surroundings of the contact alone
-            let known = Some(column[row]).filter(|e| !e.is_nan()).map(number);
+            let known = column.get(row).copied().filter(|e| !e.is_nan()).map(number);
             let _ = write!(out, ",{}", known.unwrap_or_default());
         }
         for i in 0..stored.gap.len() {
             let (u, p) = (stored.contact_displacement(row, i), stored.pressure[(row, i)]);
             let _ = write!(out, ",{},{},{}", number(u), number(p), stored.active[(row, i)]);
+            for of in rubbed.map(|r| &r.traction).into_iter().chain(slide) {
+                let _ = write!(out, ",{}", number(of[(row, i)]));
+            }
         }
         let of_forces = stored.forces.iter().flat_map(|of| of.values.row(row));
         for force in of_forces.chain(stored.probes.iter().flat_map(|of| of.values.row(row))) {

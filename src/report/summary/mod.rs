@@ -15,6 +15,7 @@ use crate::scenario::{LoadKind, Scene};
 use crate::store::ExcursionRecord;
 
 pub(crate) use json::run_json;
+pub use text::kinds_of_switches;
 pub(crate) use text::run_text;
 
 /// A number with so many significant digits, plain where that is readable.

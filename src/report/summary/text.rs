@@ -239,17 +239,10 @@ fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
     }
 }
 
-/// How many switches there were, the first and the last.
-fn switches(out: &mut Lines, report: &Report, (scene, yields): (&Scene, bool)) {
-    let log = &report.log;
-    let count = |kind| log.of_kind(kind);
+/// How many switches of each kind there were, in brackets.
+pub fn kinds_of_switches(count: impl Fn(SwitchKind) -> usize) -> String {
     let (impacts, rests) = (count(SwitchKind::Impact), count(SwitchKind::Rest));
-    let mut text = format!(
-        "{} ({} close, {} open",
-        plural(log.switches(), "switch", "switches"),
-        count(SwitchKind::Close),
-        count(SwitchKind::Open),
-    );
+    let mut text = format!("({} close, {} open", count(SwitchKind::Close), count(SwitchKind::Open));
     if impacts + rests > 0 {
         let accumulations = plural(rests, "accumulation", "accumulations");
         let _ = write!(text, ", {}, {accumulations}", plural(impacts, "rebound", "rebounds"));
@@ -258,7 +251,18 @@ fn switches(out: &mut Lines, report: &Report, (scene, yields): (&Scene, bool)) {
     if stops + slips > 0 {
         let _ = write!(text, ", {stops} sticking, {slips} slipping");
     }
-    let _ = write!(text, ") in {}", plural(report.phases, "smooth phase", "smooth phases"));
+    text + ")"
+}
+
+/// How many switches there were, the first and the last.
+fn switches(out: &mut Lines, report: &Report, (scene, yields): (&Scene, bool)) {
+    let log = &report.log;
+    let mut text = format!(
+        "{} {} in {}",
+        plural(log.switches(), "switch", "switches"),
+        kinds_of_switches(|kind| log.of_kind(kind)),
+        plural(report.phases, "smooth phase", "smooth phases")
+    );
     if log.grazings() > 0 {
         let _ = write!(text, "; {}", plural(log.grazings(), "grazing", "grazings"));
     }
