@@ -642,3 +642,21 @@ fn a_full_disk_leaves_whole_files_only() {
     let left: Vec<PathBuf> = bytes_of(small.0.path()).into_keys().collect();
     assert_eq!(left.len(), 2, "{left:?}");
 }
+
+/// A family that is refused before it has begun leaves nothing, and what was there stays.
+#[test]
+fn a_refused_family_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, file) = (at(&folder, "s.toml"), at(&folder, "f.h5"));
+    let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [4]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+                [contact]\nedge = 'right'\ngap = 1.0\nmethod = 'impact'\nrestitution = 1.0\n[orbit]\nrange = [1.7, 1.8]\n[run]\nuntil = 1.0\n";
+    std::fs::write(&scene, text).unwrap();
+    let refused = ["backbone", &scene, "--method", "hbm", "-o", &file];
+    expect(2, &refused);
+    assert_eq!(bytes_of(folder.path()).len(), 1, "{:?}", bytes_of(folder.path()).keys());
+    expect(0, &["run", &scene, "-o", &file, "-q"]);
+    let old = std::fs::read(&file).unwrap();
+    expect(2, &[&refused[..], &["--force"]].concat());
+    assert!(std::fs::read(&file).unwrap() == old);
+    assert_eq!(bytes_of(folder.path()).len(), 2, "{:?}", bytes_of(folder.path()).keys());
+}

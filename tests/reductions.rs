@@ -113,6 +113,35 @@ fn the_error_of_a_reduction_is_stated() {
     }
 }
 
+/// Without damping the branch is followed with the times of the switches among its unknowns: its orbits are computed with more modes all the same.
+#[test]
+fn the_error_of_an_undamped_response_is_stated() {
+    let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [6]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 0.02\n\
+                [[load]]\nkind = 'mode'\nmode = 1\nomega = 1.4\namplitude = 0.03\n[orbit]\nomega = 1.4\nrange = [1.4, 1.5]\n";
+    let few =
+        said(&format!("{text}[reduction]\nkind = 'fixed-interface'\nmodes = 2\n"), &["response"]);
+    let statement = &few["error_statement"];
+    let list = |v: &Value| -> Vec<f64> {
+        v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap_or(f64::NAN)).collect()
+    };
+    let [variation] = &statement["variations"].as_array().unwrap()[..] else {
+        panic!("{statement}")
+    };
+    let stated = list(&variation["relative"]);
+    println!("{statement}");
+    assert!(stated.iter().any(|e| e.is_finite() && *e != 0.0), "{statement}");
+    // one of them is the orbit that a body with so many modes has by itself
+    let more = format!("{text}[reduction]\nkind = 'fixed-interface'\nmodes = 4\n");
+    let all = list(&statement["omega"]).into_iter().zip(list(&statement["energy"])).zip(stated);
+    let is_own = |((omega, energy), stated): ((f64, f64), f64)| {
+        let orbit = said(&more, &["orbit", "--omega", &omega.to_string()]);
+        let off = orbit["energy"].as_f64().unwrap() / (energy * (1.0 + stated)) - 1.0;
+        println!("{omega}: {off:e}");
+        off.abs() < 1e-6
+    };
+    assert!(all.filter(|(_, stated)| stated.is_finite()).any(is_own), "{statement}");
+}
+
 /// Harmonic balance of a reduced body, and its cross-check by shooting, in the coordinates of the reduction; a series of the full body is checked on the reduced one,
 /// too.
 #[test]

@@ -524,9 +524,15 @@ impl Task for Arguments {
         let answer = family::answer(work, &carried);
         // near viscous orbits there need not be any
         let is_empty = carried.stored.points.iter().all(|p| p.orbit.is_none());
-        Ok(match plan.0.near.is_empty() && is_empty {
-            true => answer.failed("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`"),
-            false => answer,
-        })
+        let advice = match plan.0.viscosity {
+            // one viscous orbit at a frequency
+            Some(_) => {
+                "no orbit was found; give a smaller --beta or a finer mesh, or take --method hbm, whose series `signorini crosscheck` shoots"
+            }
+            None => {
+                "no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`"
+            }
+        };
+        Ok(if plan.0.near.is_empty() && is_empty { answer.failed(advice) } else { answer })
     }
 }

@@ -186,11 +186,14 @@ impl Changing {
         place: &PlaceRecord,
         omega: f64,
     ) -> Result<Option<Vec<f64>>, FamilyError> {
-        Ok(match (self.closure, &place.x[..]) {
-            (Closure::Viscous(_), [frame @ .., alpha, _]) => {
+        // behind the state α, if there is one, then the times of switches, if they are unknowns
+        let (_, of_state) = self.closure.sizes(base.n());
+        let Some((frame, rest)) = place.x.split_at_checked(of_state) else { return Ok(None) };
+        Ok(match (self.closure, rest) {
+            (Closure::Viscous(_), [alpha, ..]) => {
                 self.moved(base, frame).map(|z| [&z, &[*alpha][..]].concat())
             }
-            (Closure::Forced(periods), [frame @ .., _]) => {
+            (Closure::Forced(periods), _) => {
                 base.system.loads_mut().set_frequency(omega);
                 let z = at_origin(base, frame, omega, (section_of(place), periods))?;
                 self.moved(base, &z)

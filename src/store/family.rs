@@ -342,6 +342,16 @@ impl FamilyWriter {
         Ok(())
     }
 
+    /// Nothing of it is worth keeping: what was asked for is refused.
+    pub(crate) fn discard(self) {
+        let FamilyWriter { staged, file, points, rows, series, sweep, journal, .. } = self;
+        drop((points, rows, series, sweep, file));
+        staged.discard();
+        if let Some(journal) = journal {
+            journal.remove();
+        }
+    }
+
     /// The same family with its rows in order, in a new file beside.
     fn sorted(self, system: &System) -> Result<FamilyWriter, StoreError> {
         self.file.flush()?;

@@ -152,7 +152,7 @@ fn write_all(
     Ok(())
 }
 
-/// Give the file its status: complete, interrupted by a signal, or failed.
+/// Give the file its status: complete, interrupted by a signal, or failed. Of what is refused before it has begun none is left.
 pub(crate) fn conclude(
     global: &Global,
     writer: FamilyWriter,
@@ -172,6 +172,10 @@ pub(crate) fn conclude(
         (Ok(ends), None) => {
             writer.finish(&Status::Complete, &ends, system)?;
             Ok(ends)
+        }
+        (Err(e), _) if writer.count() == 0 && e.exit_code() == 2 => {
+            writer.discard();
+            Err(e)
         }
         (Err(e), _) => {
             // the reason of the failure matters more than a failure to record it
