@@ -16,7 +16,7 @@ use super::law::Material;
 use super::massless;
 use super::reduction::Reduction;
 use super::sparse::{Csr, Sums};
-use crate::mesh::{Block, Element, Mesh, Point, bounds, structured};
+use crate::mesh::{Element, Mesh, Point, bounds, structured};
 
 /// Where the matrices come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +62,8 @@ pub struct Body {
     pub discrete: Vec<Discrete>,
     /// How the mass of the elements is spread.
     pub mass_form: MassForm,
+    /// The largest eigenvalue of one of its elements by itself, where it is assembled from such.
+    largest: f64,
     /// [`Body::frequency_bound`], once it was asked for.
     bound: OnceLock<f64>,
 }
@@ -69,38 +71,40 @@ pub struct Body {
 /// Elements whose matrices are integrated together, on all threads.
 const BATCH: usize = 2048;
 
-/// All elements in their order with their matrices: of their own shape, or those that all elements of a block share.
-fn element_matrices<'m>(
-    mesh: &'m Mesh,
-    materials: &'m [Material],
-    form: MassForm,
-) -> impl Iterator<Item = (Element<'m>, Arc<ElementMatrices>)> {
-    matrices_of(mesh, materials, form, |_| true)
-}
-
-/// The same of the elements whose nodes are wanted.
+/// The elements whose nodes are wanted, in their order, with their matrices.
 fn matrices_of<'m>(
     mesh: &'m Mesh,
     materials: &'m [Material],
     form: MassForm,
     is_wanted: impl Fn(&[usize]) -> bool + Copy + 'm,
 ) -> impl Iterator<Item = (Element<'m>, Arc<ElementMatrices>)> {
+    made_of_matrices(mesh, materials, form, is_wanted, Arc::new)
+}
+
+/// The same with what is made of their matrices: of their own shape, or of those that all elements of a block share.
+fn made_of_matrices<'m, T: Clone + Send + Sync>(
+    mesh: &'m Mesh,
+    materials: &'m [Material],
+    form: MassForm,
+    is_wanted: impl Fn(&[usize]) -> bool + Copy + 'm,
+    make: impl Fn(ElementMatrices) -> T + Copy + Sync + 'm,
+) -> impl Iterator<Item = (Element<'m>, T)> {
     mesh.blocks().iter().flat_map(move |block| {
         let n = block.kind.nodes();
         let element = move |nodes| Element { kind: block.kind, region: block.region, nodes };
         let of = move |nodes: &[usize]| {
             let x: Vec<Point> = nodes.iter().map(|&n| mesh.nodes()[n]).collect();
-            Arc::new(Shape { kind: block.kind, x: &x }.matrices(&materials[block.region], form))
+            make(Shape { kind: block.kind, x: &x }.matrices(&materials[block.region], form))
         };
         let shared = (block.congruent && block.connectivity.len() >= n)
             .then(|| of(&block.connectivity[..n]));
         block.connectivity.chunks(BATCH * n).flat_map(move |batch| {
             let wanted: Vec<&[usize]> = batch.chunks_exact(n).filter(|e| is_wanted(e)).collect();
-            let matrices: Vec<Arc<ElementMatrices>> = match &shared {
-                Some(matrices) => vec![matrices.clone(); wanted.len()],
+            let made: Vec<T> = match &shared {
+                Some(made) => vec![made.clone(); wanted.len()],
                 None => wanted.par_iter().map(|nodes| of(nodes)).collect(),
             };
-            wanted.into_iter().map(element).zip(matrices)
+            wanted.into_iter().map(element).zip(made)
         })
     })
 }
@@ -188,8 +192,11 @@ impl Body {
         }
         let mut mass = Sums::new(if lumped { vec![] } else { counts.clone() }, n);
         let mut stiffness = Sums::new(counts, n);
-        let mut diagonal = vec![];
-        for (element, matrices) in element_matrices(&mesh, materials, form) {
+        let (mut diagonal, mut largest) = (vec![], 0.0f64);
+        let with_largest = |matrices| (largest_eigenvalue(&matrices), Arc::new(matrices));
+        let all = made_of_matrices(&mesh, materials, form, |_| true, with_largest);
+        for (element, (eigenvalue, matrices)) in all {
+            largest = largest.max(eigenvalue);
             let n = matrices.n;
             terms_of(&dofs, element, &mut terms);
             for &(a, i, ci) in &terms {
@@ -215,6 +222,7 @@ impl Body {
             structure: None,
             discrete: vec![],
             mass_form: form,
+            largest,
             bound: OnceLock::new(),
         }
     }
@@ -292,6 +300,7 @@ impl Body {
             stiffness,
             discrete: vec![],
             mass_form: MassForm::Consistent,
+            largest: 0.0,
             bound: OnceLock::new(),
         })
     }
@@ -368,6 +377,7 @@ impl Body {
             structure: None,
             discrete: vec![],
             mass_form: MassForm::Consistent,
+            largest: 0.0,
             bound: OnceLock::new(),
         })
     }
@@ -464,7 +474,7 @@ impl Body {
         let mut entries = vec![];
         // of a reduced body too
         if !self.materials().is_empty() {
-            for (e, matrices) in element_matrices(mesh, self.materials(), form) {
+            for (e, matrices) in matrices_of(mesh, self.materials(), form, |_| true) {
                 for (a, &i) in e.nodes.iter().enumerate() {
                     for (b, &j) in e.nodes.iter().enumerate() {
                         let v = matrices.mass[matrices.n * dim * a + dim * b];
@@ -510,25 +520,10 @@ impl Body {
     }
 
     fn bound_by_elements(&self) -> f64 {
-        let materials = match &self.origin {
-            Origin::Matrices { highest, .. } | Origin::Reduced { highest, .. } => return *highest,
-            Origin::Elements(materials) => materials,
-        };
-        let form = self.mass_form;
-        let of_block = |block: &Block| {
-            let n = block.kind.nodes();
-            let of = |nodes: &[usize]| {
-                let x: Vec<Point> = nodes.iter().map(|&n| self.mesh.nodes()[n]).collect();
-                let shape = Shape { kind: block.kind, x: &x };
-                largest_eigenvalue(&shape.matrices(&materials[block.region], form))
-            };
-            match block.congruent {
-                true => block.connectivity.chunks_exact(n).take(1).map(of).fold(0.0, f64::max),
-                false => block.connectivity.par_chunks_exact(n).map(of).reduce(|| 0.0, f64::max),
-            }
-        };
-        let largest = self.mesh.blocks().iter().map(of_block).fold(0.0, f64::max);
-        (1.0 + 1e-9) * (largest + self.of_springs()).sqrt()
+        match &self.origin {
+            Origin::Matrices { highest, .. } | Origin::Reduced { highest, .. } => *highest,
+            Origin::Elements(_) => (1.0 + 1e-9) * (self.largest + self.of_springs()).sqrt(),
+        }
     }
 
     /// `Σ k wᵀM⁻¹w`

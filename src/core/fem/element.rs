@@ -2,10 +2,12 @@
 //!
 //! Shape functions and rules are those of [`super::shape`], `D` and the measure of a volume those of [`super::law`].
 
+use std::borrow::Cow;
+
 use nalgebra::{Dyn, MatrixXx6, OMatrix, U6};
 
 use super::law::Material;
-use super::shape::{self, Integrand, Local};
+use super::shape::{self, Integrand, Local, Tabulated};
 use crate::mesh::point::{cross, dot};
 use crate::mesh::{ElementKind, Point};
 
@@ -62,8 +64,8 @@ pub struct OnSide {
 }
 
 /// A place of an element: shape functions there, their gradients in space.
-struct Station {
-    values: Vec<f64>,
+struct Station<'t> {
+    values: Cow<'t, [f64]>,
     gradients: Vec<Point>,
     /// Local over global measure.
     det: f64,
@@ -80,9 +82,23 @@ pub(super) fn weighted<'p>(
 }
 
 impl Shape<'_> {
-    fn at(&self, local: Local) -> Station {
-        let values = shape::values(self.kind, local);
-        let of = shape::gradients(self.kind, local);
+    fn at(&self, local: Local) -> Station<'static> {
+        let point = Tabulated::new(self.kind, (local, 1.0));
+        self.station(point.values.into(), &point.gradients)
+    }
+
+    /// The points of a rule with their weights.
+    fn stations(
+        &self,
+        integrand: Integrand,
+        radial: bool,
+    ) -> impl Iterator<Item = (f64, Station<'static>)> {
+        let points = shape::tabulated(self.kind, integrand, radial).iter();
+        points.map(|p| (p.weight, self.station(Cow::Borrowed(&p.values), &p.gradients)))
+    }
+
+    /// From the shape functions at a place and their gradients in local coordinates.
+    fn station<'t>(&self, values: Cow<'t, [f64]>, of: &[Local]) -> Station<'t> {
         let radius = values.iter().zip(self.x).map(|(v, p)| v * p[0]).sum();
         // rows of the Jacobian: tangents along the local coordinates; the axes where there are none
         let dim = self.kind.dim();
@@ -107,12 +123,8 @@ impl Shape<'_> {
 
     /// Its volume: of a plane body area times thickness, of a ring with `2πr`.
     pub fn volume(&self, material: &Material) -> f64 {
-        let part = |(local, weight): (Local, f64)| {
-            let s = self.at(local);
-            weight * s.det * material.measure(s.radius)
-        };
-        let rule = shape::rule(self.kind, Integrand::Mass, material.is_radial());
-        rule.into_iter().map(part).sum()
+        let part = |(weight, s): (f64, Station)| weight * s.det * material.measure(s.radius);
+        self.stations(Integrand::Mass, material.is_radial()).map(part).sum()
     }
 
     /// Mass and stiffness.
@@ -122,16 +134,14 @@ impl Shape<'_> {
         let (mut mass, mut stiffness) = (vec![0.0; n * n], vec![0.0; n * n]);
         let d = material.stiffness();
         let radial = material.is_radial();
-        for (local, weight) in shape::rule(self.kind, Integrand::Stiffness, radial) {
-            let s = self.at(local);
+        for (weight, s) in self.stations(Integrand::Stiffness, radial) {
             let b = s.strain(dim, radial);
             let volume = weight * s.det * material.measure(s.radius);
             let stress: MatrixXx6<f64> = b.transpose() * d;
             let k = stress * &b * volume;
             stiffness.iter_mut().zip(k.iter()).for_each(|(a, k)| *a += k);
         }
-        for (local, weight) in shape::rule(self.kind, Integrand::Mass, radial) {
-            let s = self.at(local);
+        for (weight, s) in self.stations(Integrand::Mass, radial) {
             let volume = weight * s.det * material.measure(s.radius);
             for a in 0..nodes {
                 for b in 0..nodes {
@@ -200,13 +210,14 @@ impl Shape<'_> {
         let (mut r, mut h) =
             (nalgebra::DVector::zeros(dim * dim), nalgebra::DMatrix::zeros(dim * dim, dim * dim));
         let mut energy = 0.0;
-        for (local, weight) in shape::rule(self.kind, Integrand::Stiffness, false) {
-            let s = self.at(local);
+        for point in shape::tabulated(self.kind, Integrand::Stiffness, false) {
+            let (local, weight) = (point.local, point.weight);
+            let s = self.station(Cow::Borrowed(&point.values), &point.gradients);
             let volume = weight * s.det * material.measure(s.radius);
             let strain = s.strain(dim, false) * &u;
             let scaled = centre.det / s.det;
             let gradients = (0..dim).map(|c| axes[c].map(|x| -2.0 * local[c] * scaled * x));
-            let g = Station { values: vec![0.0; dim], gradients: gradients.collect(), ..s }
+            let g = Station { values: vec![0.0; dim].into(), gradients: gradients.collect(), ..s }
                 .strain(dim, false);
             let stress = d * strain;
             energy += volume * strain.dot(&stress);
@@ -265,11 +276,11 @@ impl Shape<'_> {
     }
 }
 
-impl Station {
+impl Station<'_> {
     /// Strain over the displacements; of a ring along the circumference `u_r/r`, on the axis its limit `∂u_r/∂r`.
     fn strain(&self, dim: usize, radial: bool) -> StrainRows {
         let mut b = StrainRows::zeros(dim * self.values.len());
-        for (a, (g, v)) in self.gradients.iter().zip(&self.values).enumerate() {
+        for (a, (g, v)) in self.gradients.iter().zip(self.values.iter()).enumerate() {
             let first = dim * a;
             for c in 0..dim {
                 b[(c, first + c)] = g[c];

@@ -3,6 +3,9 @@
 //! Local coordinates: `ξ ∈ [−1, 1]` of a bar, `(ξ, η) ∈ [−1, 1]²` of a quadrilateral, the triangle `ξ, η ≥ 0`, `ξ + η ≤ 1`; `[−1, 1]³` of a hexahedron, the
 //! tetrahedron `ξ, η, ζ ≥ 0`, `ξ + η + ζ ≤ 1`, of a prism the triangle in `ξ, η` and `ζ ∈ [−1, 1]`. Nodes stand in the order of Gmsh (see [`ElementKind`]).
 
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
 use crate::mesh::{Basis, ElementKind, Family};
 
 /// A place in local coordinates: zero along those that a kind does not have.
@@ -15,7 +18,7 @@ const GAUSS3: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
 /// What is integrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Integrand {
     /// Products of gradients.
     Stiffness,
@@ -312,6 +315,42 @@ pub fn rule(kind: ElementKind, integrand: Integrand, radial: bool) -> Vec<(Local
             false => times(&triangle(4), &GAUSS3),
         },
     }
+}
+
+/// A point of a rule, with the shape functions there and their gradients in local coordinates.
+#[derive(Debug)]
+pub(super) struct Tabulated {
+    pub local: Local,
+    pub weight: f64,
+    pub values: Vec<f64>,
+    pub gradients: Vec<Local>,
+}
+
+impl Tabulated {
+    pub fn new(kind: ElementKind, (local, weight): (Local, f64)) -> Tabulated {
+        let (values, gradients) = functions(kind, local).into_iter().unzip();
+        Tabulated { local, weight, values, gradients }
+    }
+}
+
+/// The points of [`rule`]: the same in all elements of a kind.
+pub(super) fn tabulated(
+    kind: ElementKind,
+    integrand: Integrand,
+    radial: bool,
+) -> &'static [Tabulated] {
+    type Rules = HashMap<(ElementKind, Integrand, bool), Vec<Tabulated>>;
+    static ALL: LazyLock<Rules> = LazyLock::new(|| {
+        let kinds = ElementKind::ALL.into_iter();
+        let both = [Integrand::Stiffness, Integrand::Mass];
+        let of_kind = |kind| both.map(|i| [false, true].map(|radial| (kind, i, radial)));
+        let points = |(kind, integrand, radial)| {
+            let rule = rule(kind, integrand, radial).into_iter();
+            rule.map(|point| Tabulated::new(kind, point)).collect()
+        };
+        kinds.flat_map(of_kind).flatten().map(|key| (key, points(key))).collect()
+    });
+    ALL.get(&(kind, integrand, radial)).map_or(&[], Vec::as_slice)
 }
 
 /// Simpson's rule along each axis, its points in the order of the nodes of an element that has one at each.
