@@ -75,6 +75,8 @@ pub struct FamilyWriter {
     heights: Vec<Height>,
     passages: Vec<Passage>,
     journal: Option<Journal>,
+    /// Whether nothing was there to go on with.
+    is_new: bool,
     scene: Scene,
     options: WriterOptions,
     plan: FamilyPlan,
@@ -122,6 +124,7 @@ impl FamilyWriter {
         let staged = Staged::begin(&options.outputs, path)?;
         let mut writer = Self::on(staged, scene, system, options, plan, 0)?;
         writer.begin_journal(&[])?;
+        writer.is_new = true;
         Ok(writer)
     }
 
@@ -193,6 +196,7 @@ impl FamilyWriter {
             heights: vec![],
             passages: vec![],
             journal: None,
+            is_new: false,
             scene: scene.clone(),
             options: options.clone(),
             plan: plan.clone(),
@@ -340,6 +344,11 @@ impl FamilyWriter {
             journal.remove();
         }
         Ok(())
+    }
+
+    /// Whether it has nothing that an earlier command, or this one, has computed.
+    pub(crate) fn is_blank(&self) -> bool {
+        self.is_new && self.order.is_empty()
     }
 
     /// Nothing of it is worth keeping: what was asked for is refused.

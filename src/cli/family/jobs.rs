@@ -173,7 +173,7 @@ pub(crate) fn conclude(
             writer.finish(&Status::Complete, &ends, system)?;
             Ok(ends)
         }
-        (Err(e), _) if writer.count() == 0 && e.exit_code() == 2 => {
+        (Err(e), _) if writer.is_blank() && e.exit_code() == 2 => {
             writer.discard();
             Err(e)
         }

@@ -350,7 +350,7 @@ pub(super) fn tabulated(
         };
         kinds.flat_map(of_kind).flatten().map(|key| (key, points(key))).collect()
     });
-    ALL.get(&(kind, integrand, radial)).map_or(&[], Vec::as_slice)
+    &ALL[&(kind, integrand, radial)]
 }
 
 /// Simpson's rule along each axis, its points in the order of the nodes of an element that has one at each.

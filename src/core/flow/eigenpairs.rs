@@ -65,18 +65,17 @@ impl Eigenpairs {
     /// Those of a phase; `a` is its `A`.
     pub fn of(operators: &Operators, a: &Mat<f64>, scale: &[f64]) -> Result<Eigenpairs, FemError> {
         let n = scale.len();
-        let failed = || FemError::Dependent { size: n };
         let pairs = match of_mass(&operators.damping) {
             Some(alpha) => Self::of_stiffness(&operators.stiffness, alpha, scale),
             None => Self::of_companion(a),
         };
-        let pairs = pairs.ok_or_else(failed)?;
+        let pairs = pairs.ok_or(FemError::Eigen { size: 2 * n, wanted: 2 * n })?;
         for k in 0..pairs.lambda.len() {
             let right = size((0..2 * n).map(|i| pairs.right[(i, k)]));
             let condition = right * size((0..2 * n).map(|j| pairs.left[(k, j)]));
             // not a number where the eigenvectors are dependent
             if condition.is_nan() || condition > CONDITION {
-                return Err(failed());
+                return Err(FemError::Dependent { size: n });
             }
         }
         Ok(pairs)

@@ -210,7 +210,7 @@ impl Polynomial {
     /// A point right behind the first place at which the polynomial falls below `−slack`: proved by bounds of the fourth derivative on intervals that are halved
     /// where nothing can be said.
     fn first_below(&self, a: f64, b: f64, slack: f64, undecided: &mut usize) -> Option<f64> {
-        // what is nothing at all falls below nothing
+        // |p| ≤ size
         if self.size <= slack {
             return None;
         }

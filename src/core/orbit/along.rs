@@ -162,18 +162,15 @@ fn across_corners(
             // what was not passed right behind a corner is not passed by trying again
             None if memory.since_corner > BEHIND && family.is_grazing(&last.x)? => {
                 let Some(place) = family.across(&last)? else {
-                    return Ok(Some(Ending::of(stop)));
+                    let why = family.unfollowed(&last)?;
+                    return Ok(Some(Ending { why, ..Ending::of(stop) }));
                 };
                 let border = Border::Phase { phase: 0, visit: None, what: "corner".into() };
                 (None, border, false, place)
             }
             None => {
-                let why = family.unfollowed(&last).map(|why| Ending {
-                    stop: stop.clone(),
-                    why: Some(why),
-                    met: false,
-                });
-                return Ok(Some(why.unwrap_or(Ending::of(stop))));
+                let why = family.unfollowed(&last)?;
+                return Ok(Some(Ending { why, ..Ending::of(stop) }));
             }
         };
         memory.since_corner = 0;

@@ -58,6 +58,11 @@ impl Border {
 }
 
 impl Border {
+    /// Whether the points that change are among those that graze.
+    pub(super) fn explains(&self, mut changed: impl Iterator<Item = usize>) -> bool {
+        changed.all(|p| self.points().any(|q| q == p))
+    }
+
     /// As a point of a family, whose frequency turns back there or not.
     pub(super) fn kind(&self, turns: bool, system: &System) -> PointKind {
         match self.grazing() {

@@ -14,7 +14,7 @@ use super::period_map::integrate;
 use super::segments::Segments;
 use super::shooting::Closure;
 use super::touch::Minima;
-use super::visits::{MOMENT, Visit, is_moment, merged, switches_of, thinned, visits};
+use super::visits::{MOMENT, Visit, is_like, is_moment, merged, switches_of, thinned, visits};
 use super::{OrbitError, tolerate};
 use crate::contact::{PointState, States};
 use crate::continuation::{Family, Place, correct, dot, tangent};
@@ -112,8 +112,8 @@ pub(super) struct Coming<'a> {
     pub weights: &'a [f64],
     /// The grazing that it went over last.
     pub passed: Option<&'a [f64]>,
-    /// How far grazings are looked for.
-    pub within: f64,
+    /// Length of a march along the ghost branch, where there is to be one.
+    pub march: Option<f64>,
 }
 
 impl Coming<'_> {
@@ -154,16 +154,16 @@ pub(super) fn ahead(
     let chart = search.family.chart();
     let mut found = vec![];
     for group in candidates.chunk_by(is_together).take(MOST) {
-        for marches in [false, true] {
+        let mut by = |march: Option<f64>| -> Result<Option<Ghost>, OrbitError> {
             search.family.set_chart(&chart);
-            let ghost = tolerate(search.grazing(&x, group, coming, marches))?.flatten();
-            let ghost = ghost.filter(|ghost| coming.is_ahead(&ghost.at));
-            let is_found = ghost.is_some();
-            found.extend(ghost);
-            if is_found || !coming.within.is_finite() {
-                break;
-            }
-        }
+            let ghost = tolerate(search.grazing(&x, group, coming, march))?.flatten();
+            Ok(ghost.filter(|ghost| coming.is_ahead(&ghost.at)))
+        };
+        let ghost = match (by(None)?, coming.march) {
+            (None, Some(length)) => by(Some(length))?,
+            (ghost, _) => ghost,
+        };
+        found.extend(ghost);
     }
     Ok(found)
 }
@@ -290,7 +290,8 @@ impl<'a> Search<'a> {
         let (_, times, omega) = self.family.parts(x);
         let (end, chain) = (self.family.end(omega), &self.family.chain);
         let off = |v: &Visit| (v.middle() / end - candidate.near).abs();
-        let is_it = |v: &Visit| v.of.iter().any(|(of, _)| *of == candidate.visit[0]);
+        let of = candidate.visit[0];
+        let is_it = |v: &Visit| v.of.iter().any(|((p, to), _)| *p == of.0 && is_like(*to, of.1));
         let nearest = visits(chain, times, end).into_iter().filter(is_it);
         nearest.min_by(|a, b| off(a).total_cmp(&off(b))).filter(|v| off(v) < SAME)
     }
@@ -333,11 +334,12 @@ impl<'a> Search<'a> {
         x: &[f64],
         group: &[Candidate],
         coming: &Coming,
-        marches: bool,
+        march: Option<f64>,
     ) -> Result<Option<Ghost>, OrbitError> {
         let (mut x, mut group) = (self.without(x, group), group.to_vec());
-        if marches {
-            let Some((start, near)) = self.march(x, &group[0], coming)? else { return Ok(None) };
+        if let Some(length) = march {
+            let start = self.march(x, &group[0], (coming, length))?;
+            let Some((start, near)) = start else { return Ok(None) };
             (x, group[0].near) = (start, near);
         }
         for _ in 0..READINGS {
@@ -376,7 +378,7 @@ impl<'a> Search<'a> {
         &mut self,
         mut x: Vec<f64>,
         candidate: &Candidate,
-        coming: &Coming,
+        (coming, length): (&Coming, f64),
     ) -> Result<Option<(Vec<f64>, f64)>, OrbitError> {
         let (mut c, mut candidate) = (self.direction(&x, coming), candidate.clone());
         let weights = self.family.weights(&x);
@@ -395,7 +397,7 @@ impl<'a> Search<'a> {
                 let is_nearer = g.abs() < h.abs();
                 return Ok(Some(if is_nearer { (x, near) } else { (found.x, candidate.near) }));
             }
-            let ahead = found.x.iter().zip(&t).map(|(x, t)| x + coming.within / PIECES as f64 * t);
+            let ahead = found.x.iter().zip(&t).map(|(x, t)| x + length / PIECES as f64 * t);
             x = ahead.collect();
             c = weights.iter().zip(&t).map(|(w, t)| w * t).collect();
             last = Some((found.x, h, near));

@@ -113,11 +113,17 @@ impl<'a> Mapped<'a> {
         move |a, b| a.iter().zip(b).zip(&weights).map(|((a, b), w)| w * a * b).sum()
     }
 
+    /// Whether a point lies in the step from one to another.
+    fn inside(&self, from: &[f64], to: &[f64]) -> impl Fn(&[f64]) -> bool + use<> {
+        let (dot, from, way) = (self.product(from), from.to_vec(), from_to(from, to));
+        move |at| (0.0..=BEYOND).contains(&(dot(&from_to(&from, at), &way) / dot(&way, &way)))
+    }
+
     /// The grazings of the points that `is_asked` names ahead on the branch, the nearest first.
     fn grazings(
         &mut self,
         place: &Place<Chain>,
-        within: f64,
+        march: Option<f64>,
         is_asked: impl Fn(usize) -> bool,
     ) -> Result<Vec<Ghost>, OrbitError> {
         if !self.goes_over() {
@@ -125,7 +131,7 @@ impl<'a> Mapped<'a> {
         }
         let weights = self.weights(&place.x);
         let passed = self.passed.as_deref();
-        let coming = Coming { place, weights: &weights, passed, within };
+        let coming = Coming { place, weights: &weights, passed, march };
         grazing::ahead(self.body, self.closure, &coming, is_asked)
     }
 
@@ -135,49 +141,51 @@ impl<'a> Mapped<'a> {
         self.closure.is_forced() && is_smooth
     }
 
-    /// The first of some grazings ahead of a point behind which the branch is found: an orbit with other visits.
-    fn crossing(&mut self, from: &[f64], found: &[Ghost]) -> Result<Option<Crossing>, OrbitError> {
-        let before = self.visits(from)?;
+    /// The first of some grazings ahead of an orbit with the visits `before` behind which the branch is found: an orbit with other visits.
+    fn crossing(
+        &mut self,
+        before: &Visits,
+        found: &[Ghost],
+    ) -> Result<Option<Crossing>, OrbitError> {
         for ghost in found {
-            if let Some(behind) = grazing::behind(self.body, self.closure, ghost)?
-                && self.visits(&behind)? != before
-            {
+            let Some(behind) = grazing::behind(self.body, self.closure, ghost)? else { continue };
+            // what comes of segments may not be a motion that can be followed
+            let after = tolerate(self.visits(&behind))?;
+            if let Some(after) = after.filter(|after| after != before) {
                 let (at, border) = (ghost.at.clone(), ghost.border());
-                return Ok(Some(Crossing { at, border, behind }));
+                return Ok(Some(Crossing { at, border, behind, after }));
             }
         }
         Ok(None)
     }
 
     /// The same, of grazings with which nothing else changes: neither there nor behind them are other visits than those that graze.
-    fn next_crossing(
+    fn sole_crossing(
         &mut self,
-        from: &[f64],
+        before: &Visits,
         found: &[Ghost],
     ) -> Result<Option<Crossing>, OrbitError> {
-        let before = self.visits(from)?;
         for ghost in found {
-            let Some(crossing) = self.crossing(from, std::slice::from_ref(ghost))? else {
+            let Some(crossing) = self.crossing(before, std::slice::from_ref(ghost))? else {
                 continue;
             };
-            let Crossing { at, border, behind } = &crossing;
-            if self.differs_by(&before, at, border)? && self.differs_by(&before, behind, border)? {
+            let Crossing { at, border, after, .. } = &crossing;
+            if border.explains(changes(before, after)) && self.is_sole(before, at, border)? {
                 return Ok(Some(crossing));
             }
         }
         Ok(None)
     }
 
-    /// Whether an orbit has no other visits than some, but for those of the points that graze; of one that grazes the motion may not be one that can be followed.
-    fn differs_by(
+    /// Whether an orbit that grazes has the visits `before`, but for those of the points that graze; as far as its motion can be followed.
+    fn is_sole(
         &mut self,
-        visits: &Visits,
-        x: &[f64],
+        before: &Visits,
+        at: &[f64],
         border: &Border,
     ) -> Result<bool, OrbitError> {
-        let there = tolerate(self.visits(x))?;
-        let is_own = |p: usize| border.points().any(|q| q == p);
-        Ok(there.is_none_or(|there| changes(visits, &there).all(is_own)))
+        let there = tolerate(self.visits(at))?;
+        Ok(there.is_none_or(|there| border.explains(changes(before, &there))))
     }
 
     /// The grazings of some points (of any, where none are named) ahead of a place and no further from it than `within`, the nearest first.
@@ -188,7 +196,7 @@ impl<'a> Mapped<'a> {
         within: f64,
     ) -> Result<Vec<Ghost>, OrbitError> {
         let is_asked = |p| points.is_empty() || points.contains(&p);
-        let mut found = self.grazings(place, within, is_asked)?;
+        let mut found = self.grazings(place, within.is_finite().then_some(within), is_asked)?;
         let dot = self.product(&place.x);
         let distance = |ghost: &Ghost| {
             let way = from_to(&place.x, &ghost.at);
@@ -199,51 +207,61 @@ impl<'a> Mapped<'a> {
         Ok(found)
     }
 
-    /// Grazings behind a first one in a step, as far as they are found: of the points that change and are not among those of `all` yet. What one step loses may be a
-    /// visit in whose midst another is.
+    /// The next grazing of some points behind another one.
+    fn behind(
+        &mut self,
+        points: &[usize],
+        (from, last): (&Place<Chain>, &Crossing),
+        within: f64,
+    ) -> Result<Option<Crossing>, OrbitError> {
+        if points.is_empty() {
+            return Ok(None);
+        }
+        let Some((tangent, ..)) = self.leaving(last)? else { return Ok(None) };
+        let place = Place { x: last.behind.clone(), tangent, ..from.clone() };
+        let found = self.near(&place, points, within)?;
+        self.sole_crossing(&last.after, &found)
+    }
+
+    /// Grazings behind a first one in a step, as far as they are found: of the points that change and are not among those of `all` yet; the last of them. What one step loses
+    /// may be a visit in whose midst another is.
     fn further(
         &mut self,
         from: &Place<Chain>,
         changed: &[usize],
         (mut last, within): (Crossing, f64),
-        all: &mut Vec<(Border, Vec<f64>)>,
-    ) -> Result<Visits, OrbitError> {
+        all: &mut Vec<Told>,
+    ) -> Result<Crossing, OrbitError> {
         loop {
             let is_known =
-                |p: &usize| all.iter().any(|(border, _)| border.points().any(|q| q == *p));
+                |p: &usize| all.iter().any(|(_, border)| border.points().any(|q| q == *p));
             let left: Vec<usize> = changed.iter().copied().filter(|p| !is_known(p)).collect();
-            if left.is_empty() {
-                return self.visits(&last.behind);
-            }
-            let Some((tangent, ..)) = self.leaving(&last)? else {
-                return self.visits(&last.behind);
-            };
-            let place = Place { x: last.behind.clone(), tangent, ..from.clone() };
-            let found = self.near(&place, &left, within)?;
-            let Some(next) = self.next_crossing(&place.x, &found)? else {
-                return self.visits(&place.x);
-            };
-            all.push((next.border.clone(), next.at.clone()));
+            let Some(next) = self.behind(&left, (from, &last), within)? else { return Ok(last) };
+            all.push(next.told());
             self.passed = Some(next.at.clone());
             last = next;
         }
     }
 
-    /// The grazings in a step, one after the other, of which the first is one of those found ahead and behind the last of which the visits are those that the step came to.
+    /// All grazings of a step from a point to `to`, where an orbit has the visits `wanted`: the first of them is one of those found ahead, behind the last the branch leads there.
     fn leading_to(
         &mut self,
-        visits: &Visits,
-        from: &Place<Chain>,
+        (from, before): (&Place<Chain>, &Visits),
+        (to, wanted): (&[f64], &Visits),
         (found, changed): (&[Ghost], &[usize]),
         within: f64,
-    ) -> Result<Option<Vec<(Border, Vec<f64>)>>, OrbitError> {
+    ) -> Result<Option<Vec<Told>>, OrbitError> {
+        let (dot, is_inside) = (self.product(&from.x), self.inside(&from.x, to));
         let passed = self.passed.clone();
         for ghost in found {
-            let one = std::slice::from_ref(ghost);
-            let Some(first) = self.next_crossing(&from.x, one)? else { continue };
-            let mut all = vec![(first.border.clone(), first.at.clone())];
+            let Some(first) = self.sole_crossing(before, std::slice::from_ref(ghost))? else {
+                continue;
+            };
+            let mut all = vec![first.told()];
             self.passed = Some(first.at.clone());
-            if self.further(from, changed, (first, within), &mut all)? == *visits {
+            let last = self.further(from, changed, (first, within), &mut all)?;
+            let leads_there = last.after == *wanted && last.leads_to(to, &dot);
+            if leads_there && all.iter().all(|(at, _)| is_inside(at)) {
                 return Ok(Some(all));
             }
             self.passed.clone_from(&passed);
@@ -252,25 +270,27 @@ impl<'a> Mapped<'a> {
     }
 
     /// What a step from a point lost, by the grazings of the points that changed behind where it led to, `x` with the tangent there: on that side a branch may be smooth up
-    /// to them where it is not on the other.
+    /// to them where it is not on the other. Those that are found; there may be others before them.
     fn looking_back(
         &mut self,
         from: &Place<Chain>,
-        (x, tangent): (&[f64], &[f64]),
+        (x, tangent, visits): (&[f64], &[f64], &Visits),
         changed: &[usize],
         within: f64,
-    ) -> Result<Vec<(Border, Vec<f64>)>, OrbitError> {
+    ) -> Result<Vec<Told>, OrbitError> {
+        if changed.is_empty() {
+            return Ok(vec![]);
+        }
         let back = tangent.iter().map(|t| -t).collect();
         let place = Place { x: x.to_vec(), tangent: back, ..from.clone() };
         let found = self.near(&place, changed, within)?;
-        let Some(crossing) = self.next_crossing(x, &found)? else { return Ok(vec![]) };
-        let mut all = vec![(crossing.border.clone(), crossing.at.clone())];
-        let (passed, nearest) = (self.passed.take(), crossing.at.clone());
-        self.further(&place, changed, (crossing, within), &mut all)?;
-        // no further back than the step reaches
-        let (dot, way) = (self.product(&from.x), from_to(&from.x, x));
-        all.retain(|(_, at)| dot(&from_to(&from.x, at), &way) >= 0.0);
-        self.passed = if all.is_empty() { passed } else { Some(nearest) };
+        let Some(nearest) = self.sole_crossing(visits, &found)? else { return Ok(vec![]) };
+        let mut all = vec![nearest.told()];
+        let passed = self.passed.replace(nearest.at.clone());
+        self.further(&place, changed, (nearest, within), &mut all)?;
+        let is_inside = self.inside(&from.x, x);
+        all.retain(|(at, _)| is_inside(at));
+        self.passed = all.first().map(|(at, _)| at.clone()).or(passed);
         all.reverse();
         Ok(all)
     }
@@ -285,13 +305,18 @@ impl<'a> Mapped<'a> {
         Ok(found.map(|(tangent, orientation)| (tangent, orientation, length)))
     }
 
-    /// Why the motions ahead of a place cannot be followed, where that is so.
-    pub(super) fn unfollowed(&mut self, place: &Place<Chain>) -> Option<String> {
-        ACROSS.into_iter().find_map(|s| {
-            let ahead = place.x.iter().zip(&place.tangent).map(|(x, t)| x + s * t);
-            let why = self.look(&ahead.collect::<Vec<f64>>(), false).err()?;
-            why.is_of_one_motion().then(|| format!("the motion ahead cannot be followed: {why}"))
-        })
+    /// Why the motion a short step ahead of a place cannot be followed, where that is so.
+    pub(super) fn unfollowed(
+        &mut self,
+        place: &Place<Chain>,
+    ) -> Result<Option<String>, OrbitError> {
+        let ahead = place.x.iter().zip(&place.tangent).map(|(x, t)| x + ACROSS[0] * t);
+        match self.look(&ahead.collect::<Vec<f64>>(), false) {
+            Err(why) if why.is_of_one_motion() => {
+                Ok(Some(format!("the motion right ahead cannot be followed: {why}")))
+            }
+            looked => looked.map(|_| None),
+        }
     }
 
     /// The grazing at which a branch is stuck, and the branch behind it.
@@ -303,8 +328,9 @@ impl<'a> Mapped<'a> {
         let crossing = match self.ahead.take().filter(|(x, _)| *x == place.x) {
             Some((_, crossing)) => Some(crossing),
             None => {
-                let found = self.grazings(place, f64::INFINITY, |_| true)?;
-                self.crossing(&place.x, &found)?
+                let found = self.grazings(place, None, |_| true)?;
+                let before = self.visits(&place.x)?;
+                self.crossing(&before, &found)?
             }
         };
         let Some(crossing) = crossing else { return Ok(None) };
@@ -381,11 +407,6 @@ pub(super) fn evaluated(
     Ok(Some((at.r, j)))
 }
 
-/// A step that went over grazings, in their order.
-fn over(all: Vec<(Border, Vec<f64>)>) -> Judgement<Border> {
-    Judgement::Over(all.into_iter().map(|(border, x)| (x, border)).collect())
-}
-
 /// How many switches each contact point has in an orbit.
 fn counts(orbit: &Orbit) -> Visits {
     let mut counts = BTreeMap::new();
@@ -412,8 +433,23 @@ pub(super) struct Crossing {
     pub at: Vec<f64>,
     /// Which contact.
     pub border: Border,
-    /// An orbit right behind it.
+    /// An orbit right behind it, with its visits.
     behind: Vec<f64>,
+    after: Visits,
+}
+
+/// A grazing that a step went over: the orbit, and which contact.
+type Told = (Vec<f64>, Border);
+
+impl Crossing {
+    fn told(&self) -> Told {
+        (self.at.clone(), self.border.clone())
+    }
+
+    /// Whether the branch goes on from it towards a point.
+    fn leads_to(&self, x: &[f64], dot: &impl Fn(&[f64], &[f64]) -> f64) -> bool {
+        dot(&from_to(&self.at, &self.behind), &from_to(&self.at, x)) > 0.0
+    }
 }
 
 /// A residual and its derivative.
@@ -554,36 +590,32 @@ impl Family for Mapped<'_> {
         let within = if is_stuck { f64::INFINITY } else { WITHIN * length };
         let found = self.near(from, &changed, within)?;
         if !changed.is_empty() {
-            if let Some(all) = self.leading_to(&b, from, (&found, &changed), within)? {
-                return Ok(over(all));
-            }
-            let back = self.looking_back(from, (x, tangent), &changed, within)?;
-            if !back.is_empty() {
-                return Ok(over(back));
+            let (step, lost) = ((from, &a), (&found[..], &changed[..]));
+            if let Some(all) = self.leading_to(step, (x, &b), lost, within)? {
+                return Ok(Judgement::Over(all));
             }
         }
-        let Some(crossing) = self.crossing(&from.x, &found)? else { return Ok(Judgement::Along) };
-        let behind = from_to(&crossing.at, &crossing.behind);
-        let landed = from_to(&crossing.at, x);
-        if !changed.is_empty() && dot(&behind, &landed) > 0.0 {
-            let mut all = vec![(crossing.border.clone(), crossing.at.clone())];
-            let after_first = self.visits(&crossing.behind)?;
-            for (border, at) in found.into_iter().map(|ghost| (ghost.border(), ghost.at)) {
+        let Some(crossing) = self.crossing(&a, &found)? else {
+            let back = self.looking_back(from, (x, tangent, &b), &changed, within)?;
+            return Ok(if back.is_empty() { Judgement::Along } else { Judgement::Over(back) });
+        };
+        if !changed.is_empty() && crossing.leads_to(x, &dot) {
+            let is_inside = self.inside(&from.x, x);
+            let mut all = vec![crossing.told()];
+            for (at, border) in found.into_iter().map(|ghost| (ghost.at.clone(), ghost.border())) {
                 // in the step, and another one
-                let there = dot(&from_to(&from.x, &at), &way) / (length * length);
-                let is_known = all.iter().any(|(known, x)| {
+                let is_known = all.iter().any(|(x, known): &Told| {
                     let apart = from_to(x, &at);
                     let shares = border.points().any(|p| known.points().any(|q| p == q));
                     shares && dot(&apart, &apart).sqrt() < SAME
                 });
-                let is_next = (0.0..=BEYOND).contains(&there) && !is_known;
-                if is_next && self.differs_by(&after_first, &at, &border)? {
-                    all.push((border, at));
+                if is_inside(&at) && !is_known && self.is_sole(&crossing.after, &at, &border)? {
+                    all.push((at, border));
                 }
             }
             self.passed = Some(crossing.at.clone());
             self.further(from, &changed, (crossing, within), &mut all)?;
-            return Ok(over(all));
+            return Ok(Judgement::Over(all));
         }
         self.ahead = Some((from.x.clone(), crossing));
         Ok(Judgement::Astray)

@@ -297,15 +297,19 @@ pub fn ladder(
             }
             Settled::Rest(_) => why.push("the body comes to rest".into()),
             Settled::Restless { least, z } => {
+                if least >= NEAR[NEAR.len() - 1] {
+                    why.push(format!(
+                        "the body does not come back within {periods} periods (nearest return {least:.1e} of its size)"
+                    ));
+                    continue;
+                }
                 // it has come back, to an orbit that is unstable for what it never meets: a symmetric body that moves symmetrically
-                if least < NEAR[NEAR.len() - 1] {
-                    let verdict = find(body, closure, &z, omega, &Effort::default())?;
-                    if let Some(orbit) = verdict.orbit() {
-                        return Ok(Ok(Box::new(orbit.clone())));
-                    }
+                let verdict = find(body, closure, &z, omega, &Effort::default())?;
+                if let Some(orbit) = verdict.orbit() {
+                    return Ok(Ok(Box::new(orbit.clone())));
                 }
                 why.push(format!(
-                    "the body does not come back within {periods} periods (nearest return {least:.1e} of its size)"
+                    "the body comes back (to {least:.1e} of its size), to no stable orbit of one period: {verdict}"
                 ));
             }
             Settled::Flawed { periods, flaws, .. } => why.push(repeats(periods, &flaws)),

@@ -31,16 +31,19 @@ fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
     for name in Stored::energy_names() {
         let _ = write!(out, ",{name}");
     }
-    let rubbed = stored.rubbed.as_ref();
-    let slide = rubbed.and_then(|r| r.slide.as_ref());
-    out.push_str(if rubbed.is_some() { ",friction,belt" } else { "" });
-    let of_friction = [("traction", rubbed.is_some()), ("slide", slide.is_some())];
-    let of_friction = of_friction.into_iter().filter(|of| of.1).map(|of| of.0);
-    let of_contact: Vec<&str> =
-        ["u_n", "pressure", "active"].into_iter().chain(of_friction).collect();
+    // what friction did in all, and at each point along its tangent
+    let (mut books, mut along) = (vec![], vec![]);
+    if let Some(rubbed) = &stored.rubbed {
+        books = vec![("friction", &rubbed.taken), ("belt", &rubbed.belt)];
+        along = vec![("traction", &rubbed.traction)];
+        along.extend(rubbed.slide.as_ref().map(|slide| ("slide", slide)));
+    }
+    for (name, _) in &books {
+        let _ = write!(out, ",{name}");
+    }
     for i in 0..stored.gap.len() {
         let point = stored.contact_name(i);
-        for column in &of_contact {
+        for column in ["u_n", "pressure", "active"].iter().chain(along.iter().map(|of| &of.0)) {
             let _ = write!(out, ",{}", quoted(&format!("{column}[{point}]")));
         }
     }
@@ -71,16 +74,15 @@ fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
     out.push('\n');
     for &row in rows {
         out.push_str(&number(stored.t[row]));
-        let of_friction = rubbed.into_iter().flat_map(|r| [&r.taken, &r.belt]);
-        for column in stored.energy.iter().chain(of_friction) {
+        for column in stored.energy.iter().chain(books.iter().map(|of| of.1)) {
             // not known where the run followed the surroundings of the contact alone
-            let known = column.get(row).copied().filter(|e| !e.is_nan()).map(number);
+            let known = Some(column[row]).filter(|e| !e.is_nan()).map(number);
             let _ = write!(out, ",{}", known.unwrap_or_default());
         }
         for i in 0..stored.gap.len() {
             let (u, p) = (stored.contact_displacement(row, i), stored.pressure[(row, i)]);
             let _ = write!(out, ",{},{},{}", number(u), number(p), stored.active[(row, i)]);
-            for of in rubbed.map(|r| &r.traction).into_iter().chain(slide) {
+            for (_, of) in &along {
                 let _ = write!(out, ",{}", number(of[(row, i)]));
             }
         }
