@@ -142,7 +142,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let switches = kinds_of_switches(|kind| {
         s.switch_kind.iter().filter(|name| SwitchKind::of_name(name) == kind).count()
     });
-    let sliders = match s.gap.len() - s.facing() {
+    let n_sliders = s.gap.len() - s.facing();
+    let sliders = match n_sliders {
         0 => String::new(),
         count => format!(", {}", plural(count, "slider", "sliders")),
     };
@@ -151,7 +152,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             let mut json = json!({
                 "title": s.title, "status": s.status, "version": s.version, "created": s.created,
                 "command": s.command, "scene": s.scene, "states": s.t.len(), "t": span,
-                "n_dof": s.n_displacements(), "n_kept": s.n_kept(), "n_contact": s.gap.len(), "n_sliders": s.gap.len() - s.facing(), "nodes": s.nodes.nrows(),
+                "n_dof": s.n_displacements(), "n_kept": s.n_kept(), "n_contact": s.gap.len(), "n_sliders": n_sliders, "nodes": s.nodes.nrows(),
                 "elements": s.elements.nrows(), "switches": s.switch_t.len(), "grazings": s.grazings,
             });
             if let Some(o) = &orbit {

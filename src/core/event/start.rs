@@ -149,6 +149,10 @@ impl<'a, O: Observer> Run<'a, O> {
 
 /// What springs in series with sliders add to the square of the highest frequency while they stick, at the most: `Σ k wᵀM⁻¹w`.
 fn by_springs(system: &System, phase: &Phase, scratch: &mut Scratch) -> f64 {
+    // asked at the start of every motion
+    if system.sliders().iter().all(|slider| slider.elastic.is_none()) {
+        return 0.0;
+    }
     let (mut force, mut a) = (vec![0.0; system.n()], vec![0.0; system.n_o()]);
     let mut of_one = |slider: &Slider| {
         let Some(spring) = slider.elastic else { return 0.0 };

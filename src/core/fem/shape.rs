@@ -3,8 +3,7 @@
 //! Local coordinates: `ξ ∈ [−1, 1]` of a bar, `(ξ, η) ∈ [−1, 1]²` of a quadrilateral, the triangle `ξ, η ≥ 0`, `ξ + η ≤ 1`; `[−1, 1]³` of a hexahedron, the
 //! tetrahedron `ξ, η, ζ ≥ 0`, `ξ + η + ζ ≤ 1`, of a prism the triangle in `ξ, η` and `ζ ∈ [−1, 1]`. Nodes stand in the order of Gmsh (see [`ElementKind`]).
 
-use std::collections::HashMap;
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use crate::mesh::{Basis, ElementKind, Family};
 
@@ -18,7 +17,7 @@ const GAUSS3: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
 /// What is integrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Integrand {
     /// Products of gradients.
     Stiffness,
@@ -333,24 +332,20 @@ impl Tabulated {
     }
 }
 
-/// The points of [`rule`]: the same in all elements of a kind.
+/// The points of [`rule`]: the same in all elements of a kind, made when the first of them is met.
 pub(super) fn tabulated(
     kind: ElementKind,
     integrand: Integrand,
     radial: bool,
 ) -> &'static [Tabulated] {
-    type Rules = HashMap<(ElementKind, Integrand, bool), Vec<Tabulated>>;
-    static ALL: LazyLock<Rules> = LazyLock::new(|| {
-        let kinds = ElementKind::ALL.into_iter();
-        let both = [Integrand::Stiffness, Integrand::Mass];
-        let of_kind = |kind| both.map(|i| [false, true].map(|radial| (kind, i, radial)));
-        let points = |(kind, integrand, radial)| {
-            let rule = rule(kind, integrand, radial).into_iter();
-            rule.map(|point| Tabulated::new(kind, point)).collect()
-        };
-        kinds.flat_map(of_kind).flatten().map(|key| (key, points(key))).collect()
-    });
-    &ALL[&(kind, integrand, radial)]
+    type OfKind = [[OnceLock<Vec<Tabulated>>; 2]; 2];
+    static ALL: [OfKind; ElementKind::ALL.len()] =
+        [const { [const { [const { OnceLock::new() }; 2] }; 2] }; ElementKind::ALL.len()];
+    let is_mass = usize::from(integrand == Integrand::Mass);
+    ALL[kind as usize][is_mass][usize::from(radial)].get_or_init(|| {
+        let rule = rule(kind, integrand, radial).into_iter();
+        rule.map(|point| Tabulated::new(kind, point)).collect()
+    })
 }
 
 /// Simpson's rule along each axis, its points in the order of the nodes of an element that has one at each.

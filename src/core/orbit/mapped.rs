@@ -602,7 +602,7 @@ impl Family for Mapped<'_> {
         if !changed.is_empty() && crossing.leads_to(x, &dot) {
             let is_inside = self.inside(&from.x, x);
             let mut all = vec![crossing.told()];
-            for (at, border) in found.into_iter().map(|ghost| (ghost.at.clone(), ghost.border())) {
+            for (border, at) in found.into_iter().map(|ghost| (ghost.border(), ghost.at)) {
                 // in the step, and another one
                 let is_known = all.iter().any(|(x, known): &Told| {
                     let apart = from_to(x, &at);
