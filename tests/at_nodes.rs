@@ -4,11 +4,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::common::cuboid::cuboid;
+use crate::common::rectangle::msh;
 use crate::common::{Splitmix, derivative_error, json, problem, program, relative, run_by, scene};
 use nalgebra::{DMatrix, DVector};
 use signorini::contact::{PointState, System};
 use signorini::event::{self, Options, Report, Silent, SwitchKind};
 use signorini::flow::{Modal, complex_modes};
+use signorini::mesh::ElementKind;
 use signorini::orbit::period_map::integrate;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
@@ -115,6 +118,63 @@ fn springs_hold_and_stiffen() {
     // one rotation is left, about the corner
     let refused = Problem::new(&scene(&text(&two)), None).unwrap_err().to_string();
     assert!(refused.contains("can move rigidly"), "{refused}");
+}
+
+/// At every node of faces of second order, whose consistent areas are not positive: shares that are, and add up to the face; all elements run.
+#[test]
+fn every_node_of_a_face_has_a_share_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    for kind in [ElementKind::Tet10, ElementKind::Hex20, ElementKind::Prism15, ElementKind::Hex8] {
+        let mesh = cuboid(kind, [1.0, 0.5, 0.8], [2, 1, 2], 0.0);
+        std::fs::write(folder.path().join("box.msh"), msh(&mesh, |_| 0)).unwrap();
+        let file = folder.path().join("a.toml");
+        let held = "[body]\nkind = 'mesh'\nfile = 'box.msh'\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+                    [[support]]\ngroup = 'xmin'\nfix = ['x', 'y', 'z']\n";
+        let each = "group = 'xmax'\neach = true\ndirection = [0.0, 1.0, 0.0]\n";
+        let elements = format!(
+            "[[spring]]\n{each}stiffness = 3.0\n[[damper]]\n{each}viscosity = 0.1\n[[mass]]\n{each}mass = 0.2\n[[slider]]\n{each}limit = 0.05\nstiffness = 2.0\n"
+        );
+        let motion = "[initial]\nvelocity = ['0', '0.1*x', '0.1*x*z']\n[run]\nuntil = 3.0\nintegrator = 'dop853'\n";
+        let text = format!("{held}{elements}{motion}");
+        std::fs::write(&file, text).unwrap();
+        let scene = Scene::read(&file).unwrap();
+        let system = Problem::new(&scene, None).unwrap().system;
+        let springs = system.body.discrete.iter().filter(|e| e.stiffness > 0.0 && e.mass == 0.0);
+        let (count, sum) = springs.fold((0, 0.0), |(n, k), e| (n + 1, k + e.stiffness));
+        assert!((sum / (3.0 * 0.5 * 0.8) - 1.0).abs() < 1e-12, "{kind:?} {sum}");
+        let nodes = mesh.nodes().iter().filter(|x| x[0] == 1.0).count();
+        assert_eq!(count, nodes, "{kind:?}");
+        assert!(system.sliders().iter().all(|s| s.limit > 0.0));
+        let said = json(&[
+            "run",
+            &file.display().to_string(),
+            "-o",
+            &folder.path().join("a.h5").display().to_string(),
+            "--force",
+        ]);
+        assert!(said["energy_drift_total"].as_f64().is_none_or(|d| d < 1e-9), "{kind:?} {said}");
+        assert_eq!(said["status"], "complete", "{kind:?} {said}");
+    }
+}
+
+/// The same of springs in series with sliders: while they stick, no mode is above the bound, and the bound is not far above.
+#[test]
+fn springs_of_sliders_stiffen() {
+    let bar = |k: f64| {
+        let text = format!(
+            "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [6]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+             [[slider]]\nat = [0.5]\ndirection = [1.0]\nlimit = 0.1\nstiffness = {k:?}\n[[slider]]\nedge = 'right'\ndirection = [1.0]\nlimit = 0.1\nstiffness = {k:?}\n"
+        );
+        problem(&text).system
+    };
+    for k in [1.0, 1e4, 1e8] {
+        let system = bar(k);
+        let (stiffness, mass) = system.phase(&system.closed_states()).matrices();
+        let modes = signorini::fem::eigen::all(&stiffness, &mass, 1e-9).unwrap();
+        let highest = modes.omega.iter().fold(0.0f64, |m, w| m.max(*w));
+        let bound = system.frequency_bound();
+        assert!(highest <= bound && bound < 2.0 * highest, "{k}: {highest} {bound}");
+    }
 }
 
 /// Every mode of the open body decays by its own ratio; in contact the ratios couple, and two flows agree.

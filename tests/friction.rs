@@ -18,6 +18,8 @@ fn plate(size: &str, tables: &str) -> String {
 }
 
 const SIZE: &str = "size = [0.5, 1.0]\nelements = [2, 4]";
+const DAMPER: &str = "[[damper]]\nat = [0.0, 0.75]\ndirection = [0.6, 0.8]\nviscosity = 0.3\n";
+const JENKINS: &str = "[[slider]]\nat = [0.0, 0.0]\ndirection = [0.0, 1.0]\nlimit = 0.02\nstiffness = 0.5\n[[load]]\nkind = 'gravity'\namplitude = [0.03, -0.01]\n";
 const CLAMPED: &str = "[[support]]\nedge = 'left'\nfix = ['x', 'y']\n";
 
 fn friction_work(r: &Report) -> f64 {
@@ -71,6 +73,17 @@ fn exact_flows_slip_and_stick_as_dormand_prince_does() {
                 + pushed,
         ),
         ("two obstacles", two.to_owned() + &damped(0.1, 0.01) + thrown),
+        // dampers and springs of sliders hold what moves rigidly, each in its own way
+        ("free, damper", wall(0.02, "friction = 0.3") + &damped(0.05, 0.0) + DAMPER + thrown),
+        ("free, damper alone", wall(0.02, "friction = 0.3") + DAMPER + thrown),
+        (
+            "free, spring of a slider, viscous",
+            wall(0.02, "friction = 0.3") + &damped(0.05, 0.02) + JENKINS + thrown,
+        ),
+        (
+            "free, spring of a slider, damper",
+            wall(0.02, "friction = 0.3") + &damped(0.05, 0.02) + JENKINS + DAMPER + thrown,
+        ),
     ];
     let (mut sticks, mut slips) = (0, 0);
     for (name, tables) in cases {

@@ -536,3 +536,48 @@ fn what_it_took_is_counted() {
         assert_eq!(of("rows"), products * of("n_o"), "{integrator}");
     }
 }
+
+/// Two masses before a stop: the first family ends where its amplitude goes beyond all bounds, and what lies behind is another one, found anew. Energies are those of harmonic
+/// balance; a family that was interrupted behind its end goes on as if it had not been.
+#[test]
+fn behind_the_end_of_a_family_another_one_is_found() {
+    let folder = TempDir::new().unwrap();
+    for (name, entries) in [("M", [1.0, 0.0, 0.0, 1.0]), ("K", [1.0, -1.0, -1.0, 2.0])] {
+        let lines = entries.map(|x: f64| format!("{x:?}\n")).concat();
+        let text = format!("%%MatrixMarket matrix array real general\n2 2\n{lines}");
+        std::fs::write(folder.path().join(format!("{name}.mtx")), text).unwrap();
+    }
+    let (file, scene) = path(&folder, "a.toml");
+    let text = "[body]\nkind = 'matrices'\nmass_matrix = 'M.mtx'\nstiffness_matrix = 'K.mtx'\n\
+                [contact]\ndisplacements = [0]\ngap = 1.0\nmethod = 'penalty'\nstiffness = 10.0\n";
+    std::fs::write(file, text).unwrap();
+    let family = |name: &str, more: &[&str]| -> Vec<PointRecord> {
+        let (file, out) = path(&folder, name);
+        let own = ["backbone", &scene, "--range", "0.78,0.9", "--step", "0.01", "-o", &out];
+        json(&[&own[..], more].concat(), 0);
+        StoredFamily::read(&file).unwrap().points
+    };
+    let shot = family("shot.h5", &[]);
+    let series = family("series.h5", &["--method", "hbm", "--harmonics", "63"]);
+    let found = |p: &&PointRecord| p.orbit.is_some();
+    // the family of the first mode has the frequency 0.8137 in the limit of large amplitudes
+    let gaps = shot.iter().filter(|p| !found(p)).count();
+    assert!((1..=4).contains(&gaps), "{gaps}");
+    let behind: Vec<&PointRecord> = shot.iter().filter(found).filter(|p| p.omega > 0.82).collect();
+    assert!(behind.len() >= 5, "{}", behind.len());
+    for p in behind {
+        let same = series.iter().find(|s| (s.omega - p.omega).abs() < 1e-9).unwrap();
+        let [own, other] = [p, same].map(|p| p.orbit.as_ref().unwrap().energy);
+        assert!((own / other - 1.0).abs() < 1e-4, "{}: {own} {other}", p.omega);
+    }
+    // in two parts
+    let (file, out) = path(&folder, "parts.h5");
+    let own = ["backbone", &scene, "--step", "0.01", "-o", &out, "--range"];
+    json(&[&own[..], &["0.78,0.84"]].concat(), 0);
+    json(&[&own[..], &["0.78,0.9", "--resume"]].concat(), 0);
+    let parts = StoredFamily::read(&file).unwrap().points;
+    let energies = |all: &[PointRecord]| -> Vec<Option<f64>> {
+        all.iter().map(|p| p.orbit.as_ref().map(|o| o.energy)).collect()
+    };
+    assert_eq!(energies(&parts), energies(&shot));
+}

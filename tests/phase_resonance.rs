@@ -391,3 +391,42 @@ fn a_damaged_file_is_not_gone_on_with() {
         refused(&["inspect", path.to_str().unwrap()], "damaged");
     }
 }
+
+/// Largest forces are those of the motion, wherever its period begins: a phase of the loads changes nothing, and neither does reading an exact orbit in place of the last period.
+#[test]
+fn largest_forces_do_not_know_the_phase_of_the_loads() {
+    let folder = TempDir::new().unwrap();
+    for (name, entries) in [("M", [0.7, 0.0, 0.0, 1.77]), ("K", [2.1, -1.2, -1.2, 2.4])] {
+        let lines = entries.map(|x: f64| format!("{x:?}\n")).concat();
+        let text = format!("%%MatrixMarket matrix array real general\n2 2\n{lines}");
+        std::fs::write(folder.path().join(format!("{name}.mtx")), text).unwrap();
+    }
+    let read = |phase: f64, more: &[&str]| -> ResonanceRow {
+        let scene = folder.path().join("a.toml");
+        let text = format!(
+            "[body]\nkind = 'matrices'\nmass_matrix = 'M.mtx'\nstiffness_matrix = 'K.mtx'\n[contact]\ndisplacements = [0]\ngap = 0.2\nmethod = 'penalty'\nstiffness = 10.0\n\
+             [damping]\nrayleigh = [0.04, 0.02]\n[[load]]\nkind = 'force'\ndisplacement = 1\namplitude = 0.3\nomega = 0.9\nphase = {phase:?}\n"
+        );
+        std::fs::write(&scene, text).unwrap();
+        let out = folder.path().join("a.h5");
+        let own = [
+            "phase-resonance",
+            scene.to_str().unwrap(),
+            "--over",
+            "load[0].amplitude=0.3,0.31",
+            "--steps",
+            "1",
+        ];
+        let rest = ["--tolerance", "1e-10", "--force", "-o", out.to_str().unwrap()];
+        json(&[&own[..], &rest, more].concat());
+        read_resonance(&out).unwrap().found.rows[0].clone()
+    };
+    let first = read(0.0, &[]);
+    assert!(first.is_locked && first.force.mean > 0.1, "{first:?}");
+    let rows = [read(0.7, &[]), read(2.1, &[]), read(0.0, &["--sensitivity", "contact.gap"])];
+    for row in rows {
+        for (own, other) in [(row.force.mean, first.force.mean), (row.kinetic, first.kinetic)] {
+            assert!((own / other - 1.0).abs() < 1e-4, "{own} {other}");
+        }
+    }
+}

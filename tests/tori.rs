@@ -13,7 +13,7 @@ use signorini::records::Tori;
 use signorini::scenario::Scene;
 use signorini::store::read_tori;
 
-use crate::common::{json, refused};
+use crate::common::{json, refused, run};
 
 /// Two unit masses in a chain of springs 1, the first before an elastic stop without a gap; it is driven.
 fn masses(folder: &Path) -> String {
@@ -38,6 +38,18 @@ fn tori(folder: &TempDir, more: &[&str]) -> (Tori, serde_json::Value) {
     let own = ["tori", &scene, "-o", file.to_str().unwrap(), "--force"];
     let said = json(&[&own, more].concat());
     (read_tori(&file).unwrap().tori, said)
+}
+
+/// Where there is no curve, the command says that it found none.
+#[test]
+fn no_curve_is_no_success() {
+    let folder = TempDir::new().unwrap();
+    let (scene, file) = (masses(folder.path()), folder.path().join("a.h5"));
+    let own = ["tori", &scene, "--omega", "2.9209", "--curves", "2", "--size", "100"];
+    let output = run(&[&own[..], &["-o", file.to_str().unwrap()]].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("no curve of size"), "{said}");
 }
 
 /// The family of a prototype in Python: where it begins, and its frequencies and rotation numbers.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::cuboid::cuboid;
 use crate::common::rectangle::{msh, rectangle};
-use crate::common::{json, run};
+use crate::common::{json, refused, run};
 use serde_json::Value;
 use signorini::mesh::{ElementKind, Mesh};
 
@@ -189,4 +189,59 @@ fn what_cannot_be_raised_is_halved_and_says_why() {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success() || !output.stderr.is_empty(), "{text}");
     assert!(!text.contains("half the size"), "{text}");
+}
+
+/// An orbit beside that on the finer mesh: what `orbit` says of both, the latter on the mesh that another generator makes.
+#[test]
+fn orbits_are_found_on_each_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let driven = "[damping]\nrayleigh = [0.1, 0.0]\n[[load]]\nkind = 'traction'\ngroup = 'right'\namplitude = [0.005, 0.0]\nomega = 1.5\n";
+    let of = |kind, name: &str| {
+        let mesh = rectangle(kind, [0.0, 1.0], 0.4, (5, 2), 0.0);
+        scene(folder.path(), name, &mesh, &(HELD.to_owned() + driven))
+    };
+    let scenes = [of(ElementKind::Tri3, "t3"), of(ElementKind::Tri6, "t6")];
+    let said = json(&["trust", &scenes[0], "--orbit"]);
+    let file = folder.path().join("o.h5").display().to_string();
+    let orbits = scenes.each_ref().map(|s| json(&["orbit", s, "-o", &file, "--force"]));
+    assert!(orbits.iter().all(|o| o["switches"].as_array().unwrap().len() >= 2));
+    let figure = |kind: &str, name: &str| {
+        let found = figures(&said, kind).into_iter().find(|f| f["name"] == name);
+        let f = found.unwrap_or_else(|| panic!("{kind} {name}: {said}"));
+        [f["value"].as_f64().unwrap(), beside(f)]
+    };
+    for (kind, name, key) in [
+        ("orbit", "time in contact", "contact_time"),
+        ("orbit", "largest multiplier", "largest_multiplier"),
+        ("orbit", "frequency", "omega"),
+    ] {
+        for (own, orbit) in figure(kind, name).iter().zip(&orbits) {
+            let there = orbit[key].as_f64().unwrap_or_else(|| panic!("{key}: {orbit}"));
+            assert!((own / there - 1.0).abs() < 1e-6, "{name}: {own} {there}");
+        }
+    }
+    let counts = figure("switches", "number, orbit");
+    for (count, orbit) in counts.iter().zip(&orbits) {
+        assert_eq!(*count, orbit["switches"].as_array().unwrap().len() as f64);
+    }
+    // over a period the momentum of the body comes back: what the contact gives the support takes, but for the load
+    assert!(figure("force", "contact \"right\", orbit").iter().all(|f| *f > 0.0));
+    assert_eq!(
+        said["beside"][0]["same_switches"],
+        orbits[0]["switches"].as_array().unwrap().len()
+            == orbits[1]["switches"].as_array().unwrap().len()
+    );
+}
+
+/// What has no orbit says so: at once where nothing periodic can be there.
+#[test]
+fn orbits_that_are_not_there_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = rectangle(ElementKind::Tri3, [0.0, 1.0], 0.4, (3, 2), 0.0);
+    let damped = HELD.to_owned() + "[damping]\nrayleigh = [0.1, 0.0]\n";
+    let file = scene(folder.path(), "a", &mesh, &damped);
+    refused(&["trust", &file, "--orbit", "--omega", "1.5"], "no periodic motion but rest");
+    let file = scene(folder.path(), "b", &mesh, HELD);
+    refused(&["trust", &file, "--orbit"], "--omega");
+    refused(&["trust", &file, "--omega", "1.5"], "--orbit");
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::{datasets, hdf5_files, json, refused, run};
 use serde_json::Value;
-use signorini::records::Changed;
+use signorini::records::{Changed, PointMethod};
 use signorini::store::StoredFamily;
 use tempfile::TempDir;
 
@@ -53,6 +53,65 @@ fn an_orbit_says_what_it_is() {
     for words in ["kept going by -alpha M", "self-excited", "conservative limit is not claimed"] {
         assert!(text.contains(words), "{words}: {text}");
     }
+}
+
+/// Three elements before a soft obstacle: no state of the linear mode, nor a path of viscosities, leads to the orbit; its series does. It is the one that harmonic
+/// balance comes to with more and more harmonics.
+#[test]
+fn a_series_leads_to_orbits_that_shooting_does_not_find() {
+    let folder = Folder::new();
+    let scene = folder.scene(
+        "a.toml",
+        "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [3]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+         [contact]\nedge = 'right'\ngap = 1.0\nmethod = 'penalty'\nstiffness = 2.0\n[orbit]\nomega = 1.6\n",
+    );
+    let orbit = json(&["orbit", &scene, "--viscous", "-o", &folder.at("a.h5")]);
+    let (energy, alpha) = (orbit["energy"].as_f64().unwrap(), orbit["alpha"].as_f64().unwrap());
+    let near = ["--range", "1.6,1.605", "--step", "0.01"];
+    let balance = ["backbone", &scene, "--viscous", "--method", "hbm", "--harmonics", "63"];
+    let file = folder.at("b.h5");
+    json(&[&balance[..], &near, &["-o", &file]].concat());
+    let series = StoredFamily::read(Path::new(&file)).unwrap();
+    let there = series.points[0].orbit.as_ref().unwrap();
+    assert!((there.energy / energy - 1.0).abs() < 1e-4, "{} {energy}", there.energy);
+    let fed = there.viscous.as_ref().unwrap().alpha;
+    assert!((fed / alpha - 1.0).abs() < 1e-3, "{fed} {alpha}");
+    // on a grid, and along the branch
+    let files = [folder.at("c.h5"), folder.at("d.h5")];
+    let grid = ["backbone", &scene, "--viscous", "--quick"];
+    json(&[&grid[..], &near, &["-o", &files[0]]].concat());
+    let along = ["--follow", "arclength", "--range", "1.59,1.61", "--points", "3"];
+    json(&[&grid[..], &along, &["-o", &files[1]]].concat());
+    for file in files {
+        let family = StoredFamily::read(Path::new(&file)).unwrap();
+        let first = family.points.iter().find(|p| p.omega == 1.6).unwrap();
+        let there = first.orbit.as_ref().unwrap().energy;
+        assert!((there / energy - 1.0).abs() < 1e-9, "{there} {energy}");
+    }
+}
+
+/// Between two stops pressures on both sides cancel for every mode that bends: it is pinned to the first all the same.
+#[test]
+fn a_beam_between_two_stops_is_pinned_to_its_first_mode() {
+    let folder = Folder::new();
+    let scene = folder.scene(
+        "a.toml",
+        "[body]\nkind = 'plate'\nsize = [1.0, 0.1]\nelements = [10, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[[contact]]\nedge = 'top'\nfrom = [0.85, 1.0]\ngap = 0.01\n\
+         [[contact]]\nedge = 'bottom'\nfrom = [0.85, 1.0]\ngap = 0.01\n[orbit]\nomega = 0.12\n",
+    );
+    let modes = json(&["modes", &scene]);
+    let first = modes["open"]["omega"][0].as_f64().unwrap();
+    let omega = format!("{}", 1.06 * first);
+    let file = folder.at("a.h5");
+    let orbit = json(&["orbit", &scene, "--viscous", "--omega", &omega, "-o", &file]);
+    // both stops are met, one after the other
+    assert!(orbit["switches"].as_array().unwrap().len() >= 4, "{orbit}");
+    let file = folder.at("b.h5");
+    let range = format!("{omega},{}", 1.0601 * first);
+    json(&["backbone", &scene, "--viscous", "--quick", "--range", &range, "-o", &file]);
+    let family = StoredFamily::read(Path::new(&file)).unwrap();
+    assert!(matches!(family.identity.method, PointMethod::Viscous { mode: 1, .. }));
 }
 
 #[test]

@@ -526,9 +526,7 @@ impl Task for Arguments {
         let is_empty = carried.stored.points.iter().all(|p| p.orbit.is_none());
         let advice = match plan.0.viscosity {
             // one viscous orbit at a frequency
-            Some(_) => {
-                "no orbit was found; give a smaller --beta or a finer mesh, or take --method hbm, whose series `signorini crosscheck` shoots"
-            }
+            Some(_) => "no orbit was found; give another --range, a smaller --beta or a finer mesh",
             None => {
                 "no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`"
             }

@@ -119,9 +119,9 @@ impl From<FamilyError> for CliError {
             FamilyError::Store(e) => e.into(),
             FamilyError::Orbit(e) => e.into(),
             FamilyError::Hbm(e) => e.into(),
-            FamilyError::NoStart { .. } => {
-                CliError::Numerics(format!("{e}; look for one with `signorini orbit --all`"))
-            }
+            FamilyError::NoStart(_) => CliError::Numerics(format!(
+                "{e}; try another frequency: `signorini orbit` (of undamped bodies with --all) looks for one at each"
+            )),
             _ => CliError::Input(e.to_string()),
         }
     }

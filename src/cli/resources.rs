@@ -114,7 +114,7 @@ pub(crate) fn check_time(scene: &Scene, problem: &Problem, until: f64) -> Result
             "[run] until = {}: {} natural periods of the body, at {} shortest periods each; take a shorter time (--force-large runs it all the same)",
             plain(until),
             plain(periods.round()),
-            plain((system.body.frequency_bound() / system.body.frequency_unit()).round())
+            plain((system.frequency_bound() / system.body.frequency_unit()).round())
         )));
     }
     if let Some(March::Steps(stepping)) = system.impact().and_then(|law| law.march) {

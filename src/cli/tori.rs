@@ -160,7 +160,8 @@ impl Task for Arguments {
     }
 
     fn say(&self, work: &Work, _: &Request, found: Tori) -> Result<Answer, CliError> {
-        Ok(said(work, &found))
+        let answer = said(work, &found);
+        Ok(if found.rows.is_empty() { answer.failed(found.end) } else { answer })
     }
 }
 

@@ -4,33 +4,66 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use signorini::compare::trust::trust;
+use signorini::compare::trust::{Periodic, trust};
 use signorini::continuation::Go;
+use signorini::families::start;
+use signorini::orbit::Closure;
+use signorini::problem::Problem;
 use signorini::report::trust::{json, text};
+use signorini::scenario::Scene;
 
 use super::progress::Bar;
-use super::{Answer, CliError, Global, load};
+use super::{Answer, CliError, Global, family, load, viscous};
 
 /// Arguments of `trust`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini trust scenarios/plate.toml\n  signorini trust bracket.toml --json | jq .figures\n\n\
-    What moves: frequencies, and where the scene has [run] forces, impulses, displacements, energy, switches and what [[probe]] watches. \
+    after_help = "Example:\n  signorini trust scenarios/plate.toml\n  signorini trust bracket.toml --json | jq .figures\n  signorini trust bracket.toml --orbit --omega 8600\n\n\
+    What moves: frequencies, and where the scene has [run] forces, impulses, displacements, energy, switches and what [[probe]] watches; \
+    the same of an orbit with --orbit, found anew on each mesh as by signorini orbit. \
     Linear triangles and tetrahedra are solved again with the same mesh of second order, all others with elements of half the size."
 )]
 pub struct Arguments {
     /// The scene (TOML)
     scene: PathBuf,
+    /// Also the periodic motion at the frequency of the scene's [orbit], or of its loads: its forces, peaks, multipliers
+    #[arg(long)]
+    orbit: bool,
+    /// Frequency of the orbit
+    #[arg(long, value_name = "W", requires = "orbit", allow_negative_numbers = true)]
+    omega: Option<f64>,
+}
+
+impl Arguments {
+    /// The orbit that is asked for.
+    fn periodic(
+        &self,
+        global: &Global,
+        scene: &Scene,
+        problem: &Problem,
+    ) -> Result<Option<Periodic>, CliError> {
+        if !self.orbit {
+            return Ok(None);
+        }
+        let closure = start::closure(scene, problem)?;
+        let omega = family::omega(scene, self.omega, None)?;
+        family::check_frequency(problem, omega)?;
+        if matches!(closure, Closure::Reversible | Closure::Autonomous) {
+            global.caller.warn(viscous::CONSERVATIVE);
+        }
+        Ok(Some(Periodic { omega, stop: global.caller.stop() }))
+    }
 }
 
 /// Compute the scene on other meshes, and say what moves.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let scene = global.scene(&arguments.scene)?;
     let problem = load::of_scene(&scene)?;
+    let orbit = arguments.periodic(global, &scene, &problem)?;
     global.caller.watch();
     let bar = Bar::new(global, &scene);
-    let set_up = |scene: &signorini::scenario::Scene| load::of_scene(scene).map_err(|e| e.text());
-    let found = trust(&scene, &problem, &set_up, |share, what| {
+    let set_up = |scene: &Scene| load::of_scene(scene).map_err(|e| e.text());
+    let found = trust(&scene, &problem, &set_up, orbit.as_ref(), |share, what| {
         if let Some(bar) = &bar {
             bar.set(share, what.to_owned());
         }
@@ -42,9 +75,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if let Some(bar) = &bar {
         bar.clear();
     }
-    let Some(trust) = found.map_err(CliError::Numerics)? else {
-        let signal = global.caller.signal().unwrap_or_default();
-        return Err(CliError::Interrupted(signal, "interrupted: nothing is kept".into()));
+    let interrupted = |signal| CliError::Interrupted(signal, "interrupted: nothing is kept".into());
+    let failed = |why| global.caller.signal().map_or(CliError::Numerics(why), interrupted);
+    let Some(trust) = found.map_err(failed)? else {
+        return Err(interrupted(global.caller.signal().unwrap_or_default()));
     };
     let title = super::title(&scene);
     Ok(global.answer(|| json(&trust), || format!("{title}\n{}", text(&trust))))

@@ -11,6 +11,7 @@ pub mod reference;
 pub mod transient;
 pub mod trust;
 mod variant;
+mod watch;
 
 use crate::records::{Compared, Comparison, Row};
 

@@ -118,6 +118,8 @@ impl Task {
 fn suitable(scene: &Scene, compared: Compared) -> Vec<&'static str> {
     let mut names = vec!["nbm", "nbm:constant"];
     match (scene.body.kind, compared) {
+        // friction knows one of them, whatever it is called
+        _ if scene.rubs() => return vec!["mass-redistribution"],
         (BodyKind::Matrices, _) => return vec!["nbm", "mass-redistribution"],
         // the default of meshes has constant inertia
         // two surfaces that meet are for these alone

@@ -2,12 +2,20 @@
 //!
 //! Of linear triangles and tetrahedra the same mesh with elements of second order; of all others elements of half the size.
 
-use crate::contact::{Resultants, System, phase_modes, relief};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use crate::contact::{System, phase_modes, relief};
 use crate::continuation::Go;
-use crate::event::{Observer, Sample};
+use crate::event::{self, Options, Switch};
+use crate::families::single::{limit_cycle, search};
+use crate::families::start;
 use crate::families::statement::other_contact;
 use crate::fem::Finer;
 use crate::mesh::{Basis, ElementKind, Family};
+use crate::orbit::search::Verdict;
+use crate::orbit::{Closure, Propagator, period_map};
 use crate::problem::Problem;
 use crate::records::{Beside, Figure, Relief, Replaced, Trust};
 use crate::report::summary::{inward_corners, significant};
@@ -15,6 +23,15 @@ use crate::scenario::{MassKind, Scene};
 use crate::simulate::{run_table, simulate};
 
 use super::SetUp;
+use super::watch::{Reading, Watch};
+
+/// A periodic motion that is looked at.
+pub struct Periodic {
+    /// Its frequency.
+    pub omega: f64,
+    /// What ends the search for it.
+    pub stop: Option<Arc<AtomicBool>>,
+}
 
 /// Frequencies that are looked at.
 const FREQUENCIES: usize = 3;
@@ -24,25 +41,20 @@ const SWITCHES: usize = 3;
 /// What a body comes to.
 struct Seen {
     n_dof: usize,
-    /// Kind, name, value.
-    figures: Vec<(&'static str, String, f64)>,
-    /// The nodes that switch, and how.
+    figures: Vec<Reading>,
+    /// The nodes that switch, and how, in the motions that were followed.
     switches: Option<Vec<(usize, &'static str)>>,
+    /// Why there is no orbit, where one was asked for.
+    no_orbit: Option<String>,
+    /// What else is to be said.
+    notes: Vec<String>,
 }
 
-/// Sees a motion go by.
-struct Watch<'a> {
-    system: &'a System,
-    resultants: Resultants,
-    /// What of the last state is still needed: its time and forces.
-    before: Option<(f64, Vec<f64>)>,
-    forces: Vec<f64>,
-    impulses: Vec<f64>,
-    supports: Vec<f64>,
-    displacement: f64,
-    energy: f64,
-    probes: Vec<Vec<f64>>,
-    go: &'a mut dyn FnMut(f64) -> Go,
+impl Seen {
+    fn add(&mut self, (figures, switches): (Vec<Reading>, Vec<Switch>)) {
+        self.figures.extend(figures);
+        self.switches.get_or_insert_default().extend(sequence(&switches));
+    }
 }
 
 /// An error in words.
@@ -50,117 +62,8 @@ fn said(e: impl std::fmt::Display) -> String {
     e.to_string()
 }
 
-fn size(x: &[f64]) -> f64 {
-    x.iter().fold(0.0f64, |m, x| m.hypot(*x))
-}
-
-impl<'a> Watch<'a> {
-    fn new(system: &'a System, go: &'a mut dyn FnMut(f64) -> Go) -> Watch<'a> {
-        let resultants = Resultants::new(system);
-        let (groups, dim) = (resultants.names.len(), resultants.dim);
-        let quantities =
-            system.probes.iter().flat_map(|p| p.quantities.iter().map(move |q| (p, q)));
-        Watch {
-            system,
-            before: None,
-            forces: vec![0.0; groups],
-            impulses: vec![0.0; groups * dim],
-            supports: vec![0.0; system.bearings.supports.len()],
-            displacement: 0.0,
-            energy: 0.0,
-            probes: quantities.map(|(p, q)| vec![0.0; p.components(*q).len()]).collect(),
-            resultants,
-            go,
-        }
-    }
-
-    fn figures(self) -> Vec<(&'static str, String, f64)> {
-        let mut all = vec![];
-        let dim = self.resultants.dim.max(1);
-        let impulses = self.impulses.chunks_exact(dim).map(size);
-        for ((group, force), impulse) in self.resultants.names.iter().zip(self.forces).zip(impulses)
-        {
-            all.push(("force", format!("contact \"{group}\""), force));
-            all.push(("impulse", format!("contact \"{group}\""), impulse));
-        }
-        for (group, force) in self.system.bearings.supports.iter().zip(self.supports) {
-            all.push(("force", format!("support \"{group}\""), force));
-        }
-        if self.system.n_contact() > 0 {
-            all.push(("displacement", "at the contact".into(), self.displacement));
-        }
-        all.push(("energy", "largest".into(), self.energy));
-        let mut seen = self.probes.into_iter();
-        for probe in self.system.probes.iter() {
-            for quantity in &probe.quantities {
-                let values = seen.next().unwrap_or_default();
-                for (component, value) in probe.components(*quantity).iter().zip(values) {
-                    let name = format!("\"{}\" {} {component}", probe.name, quantity.name());
-                    all.push(("probe", name, value));
-                }
-            }
-        }
-        all.retain(|(_, _, value)| value.is_finite());
-        all
-    }
-}
-
-impl Observer for Watch<'_> {
-    type Error = std::convert::Infallible;
-
-    fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
-        let dim = self.resultants.dim.max(1);
-        let [force, _] = self.resultants.of(s.pressure, s.traction, s.u);
-        for (most, own) in self.forces.iter_mut().zip(force.chunks_exact(dim)) {
-            *most = most.max(size(own));
-        }
-        if let Some((t, before)) = &self.before {
-            let half = 0.5 * (s.t - t);
-            let sums = self.impulses.iter_mut().zip(before.iter().zip(&force));
-            sums.for_each(|(sum, (a, b))| *sum += half * (a + b));
-        }
-        self.before = Some((s.t, force));
-        let loads = (self.system.loads.as_ref(), s.t);
-        let [u, v, a] = s.at_rest(loads.0);
-        let borne = self.system.bearings.of(&self.system.body, loads, [&u, &v, &a]);
-        for (most, own) in self.supports.iter_mut().zip(borne.supports.chunks_exact(dim)) {
-            // what nobody knows stays unknown
-            let own = size(own);
-            *most = if own.is_nan() { own } else { most.max(own) };
-        }
-        let normal = self.system.along_normals(&u);
-        self.displacement = normal.iter().fold(self.displacement, |m, u| m.max(u.abs()));
-        if let Some(e) = s.energies {
-            self.energy = self.energy.max(e.total());
-        }
-        let mut place = 0;
-        for probe in self.system.probes.iter() {
-            for quantity in &probe.quantities {
-                let values = probe.of(*quantity, [&u, &v, &a], (&loads.0.carried, s.t));
-                let most = self.probes[place].iter_mut().zip(values);
-                most.for_each(|(m, x)| *m = if x.is_nan() { x } else { m.max(x.abs()) });
-                place += 1;
-            }
-        }
-        Ok(())
-    }
-
-    fn takes_accelerations(&self) -> bool {
-        true
-    }
-
-    fn progress(&mut self, t: f64) -> Result<Go, Self::Error> {
-        Ok((self.go)(t))
-    }
-}
-
-/// What a scene comes to; `go` hears how far its run is.
-fn seen(
-    scene: &Scene,
-    problem: &Problem,
-    go: &mut dyn FnMut(f64) -> Go,
-) -> Result<Option<Seen>, String> {
-    let system = &problem.system;
+/// The lowest natural frequencies of the body, open and in contact everywhere.
+fn frequencies(system: &System) -> Result<Vec<Reading>, String> {
     let mut figures = vec![];
     let jumps = system.impact().is_some();
     let rigid = system.body.rigid_motions(false).len();
@@ -180,33 +83,128 @@ fn seen(
         let modes = phase_modes(system, &system.phase(&closed), count);
         add("closed", &modes.map_err(said)?.omega);
     }
-    let Ok((_, until)) = run_table(scene) else {
-        return Ok(Some(Seen { n_dof: system.n_displacements(), figures, switches: None }));
-    };
+    Ok(figures)
+}
+
+/// The nodes that switch, and how.
+fn sequence(switches: &[Switch]) -> Vec<(usize, &'static str)> {
+    switches.iter().map(|s| (s.node, s.kind.name())).collect()
+}
+
+/// The switches of a motion as figures; what is said of it stands behind their names.
+fn of_switches(switches: &[Switch], of: &str) -> Vec<Reading> {
+    let first = switches.iter().take(SWITCHES).enumerate();
+    let times = first.map(|(k, s)| ("switches", format!("time of number {}{of}", k + 1), s.t));
+    let number = ("switches", format!("number{of}"), switches.len() as f64);
+    [number].into_iter().chain(times).collect()
+}
+
+/// The run of a scene; none if it was stopped.
+fn of_run(
+    scene: &Scene,
+    problem: &Problem,
+    until: f64,
+    go: &mut dyn FnMut(f64) -> Go,
+) -> Result<Option<(Vec<Reading>, Vec<Switch>)>, String> {
     let mut stopped = false;
     let mut hear = |t: f64| {
         let go = go(t / until);
         stopped |= go.is_break();
         go
     };
-    let mut watch = Watch::new(system, &mut hear);
+    let mut watch = Watch::new(&problem.system, &mut hear);
     let report = simulate(scene, problem, false, &mut watch).map_err(said)?;
-    let of_motion = watch.figures();
+    let mut figures = watch.figures();
     if stopped {
         return Ok(None);
     }
     if !report.outcome.is_complete() {
         return Err(format!("the run did not end: {}", report.outcome));
     }
-    figures.extend(of_motion);
-    if system.n_contact() > 0 {
-        figures.push(("switches", "number".into(), report.switches.len() as f64));
+    if problem.system.n_contact() > 0 {
+        figures.extend(of_switches(&report.switches, ""));
     }
-    for (k, s) in report.switches.iter().take(SWITCHES).enumerate() {
-        figures.push(("switches", format!("time of number {}", k + 1), s.t));
+    Ok(Some((figures, report.switches)))
+}
+
+/// What stands behind the names of what an orbit comes to.
+const OF_ORBIT: &str = ", orbit";
+
+/// The orbit of a scene at a frequency: the first that the guesses of its body lead to, as `orbit` finds it; or why there is none.
+fn of_orbit(
+    scene: &Scene,
+    problem: &Problem,
+    asked: &Periodic,
+) -> Result<Result<(Vec<Reading>, Vec<Switch>), String>, String> {
+    let closure = start::closure(scene, problem).map_err(said)?;
+    let initial = &problem.initial;
+    let mut body = Propagator::new(problem.system.clone()).map_err(said)?;
+    body.stop.clone_from(&asked.stop);
+    let omega = asked.omega;
+    let verdict = if closure == Closure::Limit {
+        limit_cycle(&mut body, initial, Some(TAU / omega)).map_err(said)?
+    } else {
+        body.system.loads_mut().set_frequency(omega);
+        let guesses = start::guesses(scene, initial, &body, closure, omega);
+        if guesses.is_empty() {
+            return Ok(Err("there is nothing to start from".into()));
+        }
+        search(&mut body, closure, &guesses, omega).map_err(said)?
+    };
+    let Verdict::Orbit(orbit) = verdict else {
+        return Ok(Err(verdict.to_string()));
+    };
+    let mut hear = |_| Go::Continue(());
+    let mut watch = Watch::new(&body.system, &mut hear);
+    let options = Options { until: orbit.period, samples: 400, switch_limit: 40.0 };
+    let flow = &mut period_map::flow(&body);
+    event::run(&body.system, &orbit.state, &options, flow, &mut watch).map_err(said)?;
+    let mut figures: Vec<Reading> = watch.figures();
+    figures.iter_mut().for_each(|(_, name, _)| name.push_str(OF_ORBIT));
+    figures.push(("orbit", "frequency".into(), orbit.omega()));
+    figures.push(("orbit", "time in contact".into(), orbit.contact_time));
+    let largest = orbit.stability.as_ref().map(|s| s.largest);
+    figures.extend(largest.map(|most| ("orbit", "largest multiplier".into(), most)));
+    figures.extend(of_switches(&orbit.switches, OF_ORBIT));
+    Ok(Ok((figures, orbit.switches)))
+}
+
+/// What a scene comes to; `go` hears how far its run is. None if it was stopped.
+fn seen(
+    scene: &Scene,
+    problem: &Problem,
+    (orbit, set_up): (Option<&Periodic>, SetUp),
+    go: &mut dyn FnMut(f64) -> Go,
+) -> Result<Option<Seen>, String> {
+    let mut seen = Seen {
+        n_dof: problem.system.n_displacements(),
+        figures: frequencies(&problem.system)?,
+        switches: None,
+        no_orbit: None,
+        notes: vec![],
+    };
+    if let Ok((_, until)) = run_table(scene) {
+        let Some(found) = of_run(scene, problem, until, go)? else { return Ok(None) };
+        seen.add(found);
     }
-    let switches = report.switches.iter().map(|s| (s.node, s.kind.name())).collect();
-    Ok(Some(Seen { n_dof: system.n_displacements(), figures, switches: Some(switches) }))
+    if let Some(asked) = orbit {
+        let reduced = match problem.system.is_conservative() {
+            true => None,
+            false => start::reduced_if_large(scene, &problem.system).map_err(said)?,
+        };
+        let found = match reduced {
+            Some((scene, text)) => {
+                seen.notes.push(text);
+                of_orbit(&scene, &set_up(&scene)?, asked)?
+            }
+            None => of_orbit(scene, problem, asked)?,
+        };
+        match found {
+            Ok(found) => seen.add(found),
+            Err(why) => seen.no_orbit = Some(why),
+        }
+    }
+    Ok(go(1.0).is_continue().then_some(seen))
 }
 
 /// The body of a problem in words.
@@ -286,6 +284,7 @@ pub fn trust(
     scene: &Scene,
     problem: &Problem,
     set_up: SetUp,
+    orbit: Option<&Periodic>,
     mut tick: impl FnMut(f64, &str) -> Go,
 ) -> Result<Option<Trust>, String> {
     let elements = !problem.system.body.materials().is_empty();
@@ -301,12 +300,16 @@ pub fn trust(
     let whole = 1.0 + wanted.iter().map(parts).sum::<f64>();
     let mut done = 0.0;
     let name = words(scene, problem);
-    let own = seen(scene, problem, &mut |share| tick((done + share) / whole, "the scene"))?;
+    let asked = (orbit, set_up);
+    let own = seen(scene, problem, asked, &mut |share| tick((done + share) / whole, "the scene"))?;
     let Some(own) = own else { return Ok(None) };
+    if let Some(why) = own.no_orbit {
+        return Err(format!("no orbit at omega = {}: {why}", orbit.map_or(f64::NAN, |o| o.omega)));
+    }
     done += 1.0;
     let share = relief(&problem.system).map_err(said)?;
     let relief = share.into_iter().map(|(omega, share)| Relief { omega, share }).collect();
-    let figure = |(kind, name, value): &(&'static str, String, f64)| Figure {
+    let figure = |(kind, name, value): &Reading| Figure {
         kind,
         name: name.clone(),
         value: *value,
@@ -317,7 +320,7 @@ pub fn trust(
         n_dof: own.n_dof,
         beside: vec![],
         figures: own.figures.iter().map(figure).collect(),
-        warnings: inward_corners(&problem.system.body.mesh).into_iter().collect(),
+        warnings: inward_corners(&problem.system.body.mesh).into_iter().chain(own.notes).collect(),
         relief,
     };
     let mut next = 0;
@@ -325,7 +328,7 @@ pub fn trust(
         next += 1;
         let Some((other, text)) = replaced(scene, what) else { continue };
         let found = set_up(&other).and_then(|p| {
-            seen(&other, &p, &mut |share| tick((done + parts(&what) * share) / whole, &text))
+            seen(&other, &p, asked, &mut |share| tick((done + parts(&what) * share) / whole, &text))
         });
         let mut beside = Beside {
             replaced: what,
@@ -340,11 +343,14 @@ pub fn trust(
             Ok(Some(seen)) => {
                 beside.n_dof = seen.n_dof;
                 for (value, f) in values.iter_mut().zip(&trust.figures) {
-                    let same = |g: &&(&'static str, String, f64)| g.0 == f.kind && g.1 == f.name;
+                    let same = |g: &&Reading| g.0 == f.kind && g.1 == f.name;
                     *value = seen.figures.iter().find(same).map(|g| g.2);
                 }
                 beside.same_switches =
                     own.switches.as_ref().zip(seen.switches.as_ref()).map(|(a, b)| a == b);
+                let missed = seen.no_orbit.map(|why| format!("no orbit: {why}"));
+                let notes = seen.notes.into_iter().chain(missed);
+                trust.warnings.extend(notes.map(|note| format!("{text}: {note}")));
                 if what != Replaced::OtherContact {
                     trust.warnings.extend(near_resonance(problem, &trust.figures, &values));
                 }

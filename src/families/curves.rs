@@ -87,9 +87,9 @@ pub fn of_response(
         found.push(point);
         go
     };
-    response(body, task, first, &mut take)?;
+    let end = response(body, task, first, &mut take)?;
     if found.is_empty() {
-        return Err(FamilyError::NoStart { omega: range.0 });
+        return Err(FamilyError::NoStart(end.text));
     }
     Ok(starts(&body.system, of, &found, 1))
 }

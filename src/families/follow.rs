@@ -1,12 +1,12 @@
 //! Branches that are followed along a family, from where an earlier run stood or from a first orbit.
 
-use super::{FamilyError, Known, ended, known, summit};
+use super::{FamilyError, Known, ended, known, single, summit};
 use crate::continuation::{Go, Options, Stop};
 use crate::hbm::branch as series_branch;
 use crate::hbm::newton::Settings;
 use crate::hbm::{viscous_branch, viscous_mode};
 use crate::orbit::along::{self, Start};
-use crate::orbit::search::{Effort, find};
+use crate::orbit::search::{Effort, Verdict, find};
 use crate::orbit::settle::{Settled, settle};
 use crate::orbit::{Closure, Orbit, Propagator};
 use crate::records::{BranchEnd, EndReason, PlaceRecord, PointKind, PointRecord};
@@ -286,13 +286,10 @@ pub(crate) fn first_orbit(
     guesses: &[Vec<f64>],
     omega: f64,
 ) -> Result<Orbit, FamilyError> {
-    for guess in guesses {
-        let verdict = find(body, closure, guess, omega, &Effort::of(closure))?;
-        if let Some(orbit) = verdict.orbit() {
-            return Ok(orbit.clone());
-        }
+    match single::search(body, closure, guesses, omega)? {
+        Verdict::Orbit(orbit) => Ok(*orbit),
+        why => Err(FamilyError::NoStart(format!("at omega = {omega}, {why}"))),
     }
-    Err(FamilyError::NoStart { omega })
 }
 
 /// Follow a branch of harmonic balance with `n_h` harmonics from the frequency `omega`, to higher (`direction > 0`) or lower ones.

@@ -88,11 +88,8 @@ pub enum FamilyError {
     )]
     Many(usize),
     /// No guess leads to an orbit.
-    #[error("no orbit to start from at omega = {omega}")]
-    NoStart {
-        /// Frequency.
-        omega: f64,
-    },
+    #[error("no orbit to start from: {0}")]
+    NoStart(String),
     /// The file.
     #[error(transparent)]
     Store(#[from] StoreError),

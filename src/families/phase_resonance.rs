@@ -91,6 +91,9 @@ fn differentiate(
         row.amplitude = exactly(exact.readings.amplitude);
     }
     row.x.clone_from(&exact.orbit.z);
+    if let Some(read) = phase_lag::period(body, &row.x, omega, true)? {
+        (row.force, row.energy, row.kinetic) = (exactly(read.force), read.energy, read.kinetic);
+    }
     let parameters = beside_frequency(scene, &body.system, keys);
     let parameters = parameters.map_err(|e| OrbitError::Value(row.value, e.to_string()))?;
     for ((mut parameter, key), by) in parameters.into_iter().zip(keys).zip(&mut row.by) {
@@ -217,10 +220,12 @@ fn lock(
             return Ok(None);
         }
         let (omega, k) = (steering.omega, log.errors.len());
+        // of many readings with their noise the mean is taken
+        let is_read = wait == Some(0) && test.noise == 0.0;
         if !(omega > test.omega / AWAY && omega < test.omega * AWAY) {
             return lost(k, format!("the loop has left: omega = {omega:.4}"));
         }
-        let Some(period) = phase_lag::period(body, &z, omega)? else {
+        let Some(period) = phase_lag::period(body, &z, omega, is_read)? else {
             return lost(k, "the motion could not be followed".into());
         };
         if period.power.norm() == 0.0 {

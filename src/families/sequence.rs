@@ -1,7 +1,7 @@
 //! Families frequency by frequency on a grid: the legs that an earlier run left.
 
 use super::follow::Take;
-use super::{FamilyError, Legs, ended};
+use super::{FamilyError, Legs, ended, start};
 use crate::hbm::branch as series_branch;
 use crate::hbm::newton::Settings;
 use crate::hbm::viscous_mode;
@@ -49,7 +49,10 @@ pub fn orbits(
     for (places, before) in legs.each(known) {
         let frequencies = legs.frequencies(places);
         let solutions = before.iter().filter_map(solution_of).collect();
-        let plan = Sequential { grid: &frequencies, effort: Effort::of(closure), first };
+        let last = |body: &Propagator, omega| start::by_series(body, closure, omega);
+        let effort = Effort::of(closure);
+        let step = stretch.grid.step;
+        let plan = Sequential { grid: &frequencies, step, effort, first, last: &last };
         let mut next = places.iter();
         branch::sequential(body, closure, &plan, solutions, |point, _| {
             let index = next.next().copied().unwrap_or_default();

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::start;
 use crate::contact::State;
 use crate::orbit::search::{Effort, Verdict, find};
 use crate::orbit::settle::ladder;
@@ -41,11 +42,17 @@ pub fn search(
             return Ok(found);
         }
     }
-    if let Closure::Viscous(pin) = closure
-        && let Some(found) = by_viscosity(body, pin, omega, &Effort::of(closure))?
-        && found.orbit().is_some()
-    {
-        return Ok(found);
+    if let Closure::Viscous(pin) = closure {
+        let effort = Effort::of(closure);
+        let mut found = by_viscosity(body, pin, omega, &effort)?;
+        if found.as_ref().and_then(Verdict::orbit).is_none()
+            && let Some(guess) = start::by_series(body, closure, omega)
+        {
+            found = Some(find(body, closure, &guess, omega, &effort)?);
+        }
+        if let Some(found) = found.filter(|found| found.orbit().is_some()) {
+            return Ok(found);
+        }
     }
     let mut why = None;
     if closure == Closure::FORCED {

@@ -1,10 +1,12 @@
 //! Where families begin: how the orbits of a scene close, and guesses at the first one.
 
 use crate::contact::{State, System};
+use crate::hbm::newton::Settings;
+use crate::hbm::viscous::Viscous;
 use crate::orbit::branch::mode_guess;
-use crate::orbit::{Closure, Propagator};
+use crate::orbit::{Closure, LARGE, Propagator};
 use crate::problem::Problem;
-use crate::scenario::{Issue, Scene, SceneError};
+use crate::scenario::{BodyKind, Change, Issue, Scene, SceneError};
 
 /// What asks for periodic motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,6 +88,34 @@ pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneEr
     Ok(())
 }
 
+/// Modes of a reduction that no scene asked for.
+const MODES: usize = 100;
+
+/// The scene with a reduction, and that in words, where the body has too many displacements for the modes of every phase and the scene says nothing of it.
+pub fn reduced_if_large(
+    scene: &Scene,
+    system: &System,
+) -> Result<Option<(Scene, String)>, SceneError> {
+    let is_small = system.n_o() <= LARGE;
+    let keeps_all =
+        system.impact().is_some() || system.remembers() || scene.body.kind == BodyKind::Matrices;
+    if is_small || keeps_all || scene.reduction.is_some() {
+        return Ok(None);
+    }
+    // modes of the open body have statics where something holds it beside its contact
+    let (kind, what) = match system.body.rigid_motions(true).is_empty() {
+        true => ("free-interface", "of the open body and the statics of its contact"),
+        false => ("fixed-interface", "of the body whose contact is held, and its contact"),
+    };
+    let text = format!(
+        "{} displacements move by themselves: reduced to {MODES} modes {what}, as by [reduction] with kind = \"{kind}\", modes = {MODES} in the scene",
+        system.n_o()
+    );
+    let kind = Change::set("reduction.kind", kind);
+    let reduced = scene.with(&[kind, Change::set("reduction.modes", MODES.to_string())])?;
+    Ok(Some((reduced, text)))
+}
+
 /// How periodic motions of a scene close.
 pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> {
     let system = &problem.system;
@@ -142,6 +172,9 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
     Ok(if moving { Closure::Autonomous } else { Closure::Reversible })
 }
 
+/// Harmonics of a series that an orbit is shot from.
+const HARMONICS: usize = 15;
+
 /// Amplitudes of the first mode over grazing, on the side away from the obstacle.
 const AMPLITUDES: [f64; 7] = [-1.1, -1.2, -1.05, -1.4, -1.7, -2.2, -3.0];
 
@@ -178,6 +211,20 @@ pub fn guesses(
         list.extend(of_first_mode(body, unknowns));
     }
     list
+}
+
+/// Unknowns `(z, α)` of a viscous nonlinear mode as harmonic balance finds it: Newton's method on a series comes from further away than on the map.
+pub(super) fn by_series(body: &Propagator, closure: Closure, omega: f64) -> Option<Vec<f64>> {
+    let Closure::Viscous(pin) = closure else { return None };
+    // contact stiffens a body, but for one that is told around a state in contact
+    if omega < pin.omega && body.system.rest().is_none() {
+        return None;
+    }
+    let mut viscous = Viscous::new(body.system.clone(), pin).ok()?;
+    let fed = viscous.from_mode(HARMONICS, omega, &Settings::default()).ok()?.ok()?;
+    let mut z = body.frame(&viscous.state(&fed).ok()?);
+    z.push(fed.alpha);
+    Some(z)
 }
 
 /// The first mode of the open body at several amplitudes beyond grazing.

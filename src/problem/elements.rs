@@ -52,6 +52,9 @@ fn unit(ends: &Ends) -> Vec<f64> {
     given.iter().map(|x| x / size).collect()
 }
 
+/// Entries of a row below this share of the largest are rounding errors.
+const ROUNDING: f64 = 1e-12;
+
 /// The rows of an element over the displacements of the body.
 fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>, ProblemError> {
     if scene.body.kind == BodyKind::Matrices {
@@ -64,7 +67,9 @@ fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>
     let (nodal, each) = over_nodes(scene, body, table, ends)?;
     let entries = |nodal: &[f64]| -> Vec<(usize, f64)> {
         let row = body.dofs.gather_forces(nodal);
-        row.into_iter().enumerate().filter(|e| e.1 != 0.0).collect()
+        // what a frame leaves of an axis by rounding is none
+        let least = ROUNDING * row.iter().fold(0.0f64, |m, w| m.max(w.abs()));
+        row.into_iter().enumerate().filter(|e| e.1.abs() > least).collect()
     };
     let all: Vec<Row> = match ends.each {
         false => vec![(entries(&nodal), 1.0)],
@@ -115,7 +120,7 @@ fn over_nodes(
                         .into());
                 }
                 if ends.each {
-                    each = areas;
+                    each = load::positive_areas(body, group);
                     continue;
                 }
                 for (own, area) in nodal.chunks_exact_mut(dim).zip(&areas) {

@@ -284,9 +284,8 @@ pub(super) fn check_elements(
         return fail(c.key(k, "stress"), message, help);
     }
     // nodal forces of a uniform pressure: all positive, or their signs say nothing of the contact
-    let bears_no_signs = |s: Facet, kind: ElementKind| {
-        kind.dim() == 3 && shape::side_shares(kind, s.side).iter().any(|share| *share < 1e-12)
-    };
+    let bears_no_signs =
+        |s: Facet, kind: ElementKind| kind.dim() == 3 && !shape::bears(kind, s.side);
     let by_forces =
         c.is_reaction() || matches!(c.method, ContactMethod::Impact | ContactMethod::MoreauJean);
     if let Some(k) = on(&bears_no_signs).filter(|_| by_forces) {

@@ -74,7 +74,11 @@ fn issue(form: &Form, (contact, table): (&Contact, usize), pair: &Pair, e: &Pair
         PairError::Thin { node, share } => of(
             "slave",
             format!(
-                "\"{master}\" covers a share of {share:.1e} of what belongs to {}: 1e-3 at the least{}",
+                "\"{master}\" covers {} of what belongs to {}: 1e-3 at the least{}",
+                match share.is_finite() {
+                    true => format!("a share of {share:.1e}"),
+                    false => "no share".to_owned(),
+                },
                 form.node(*node),
                 if *share < 0.0 {
                     " (sides of second order weigh less than nothing at an end)"

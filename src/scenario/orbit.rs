@@ -24,7 +24,7 @@ pub struct Orbit {
     pub range: Option<[f64; 2]>,
     /// Viscous nonlinear modes: `β` of `C = βK − αM`, a time, or `"auto"`: `(L/c)/min(10, n/2)²`, with a quarter period of the pinned mode `L/c` and the `n` elements that a pressure wave meets in that time.
     pub beta: Option<Beta>,
-    /// Viscous nonlinear modes: the mode of the open body that it is pinned to, from 1; by default the one that a uniform pressure on the contact moves most.
+    /// Viscous nonlinear modes: the mode of the open body that it is pinned to, from 1; by default the one that uniform pressures on the contacts move most.
     pub mode: Option<usize>,
     /// Damping ratios of `response`, in place of the scene's own.
     pub ratios: Option<Vec<f64>>,

@@ -120,7 +120,9 @@ impl StoredFamily {
     fn read_all(path: &Path) -> Result<StoredFamily, StoreError> {
         let file = open(path)?;
         let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
-        let g = file.group("backbone").map_err(|_| missing("/backbone"))?;
+        let g = file.group("backbone").map_err(|_| {
+            missing("family of orbits (/backbone): files of `backbone` and `response` do")
+        })?;
         let mut points = read_points(path, &g)?;
         let harmonics = read_parts(path, &file, &mut points)?;
         let text = |name: &str| read_text(&file, name).unwrap_or_default();

@@ -8,7 +8,7 @@ use signorini::contact::System;
 use signorini::families::start;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
-use signorini::scenario::{BodyKind, Change, Issue, Scene};
+use signorini::scenario::{Issue, Scene};
 use signorini::store::{Outputs, WriterOptions};
 
 use crate::cli::{CliError, Global, load, plain};
@@ -72,9 +72,6 @@ pub(crate) fn check_full(scene: &Scene, what: &str) -> Result<(), CliError> {
     Err(scene.error(Issue::new("reduction", message, help)).into())
 }
 
-/// Modes of a reduction that no scene asked for.
-const MODES: usize = 100;
-
 /// The problem of a scene whose body may have too many displacements for the modes of every phase: where the scene says nothing of it, the body is reduced. The
 /// scene that stands in the files of the command says so.
 pub(crate) fn reduce_if_large(
@@ -82,24 +79,11 @@ pub(crate) fn reduce_if_large(
     scene: &mut Scene,
     problem: Problem,
 ) -> Result<Problem, CliError> {
-    let system = &problem.system;
-    let is_small = system.n_o() <= signorini::orbit::LARGE;
-    let keeps_all =
-        system.impact().is_some() || system.remembers() || scene.body.kind == BodyKind::Matrices;
-    if is_small || keeps_all || scene.reduction.is_some() {
+    let Some((reduced, text)) = start::reduced_if_large(scene, &problem.system)? else {
         return Ok(problem);
-    }
-    // modes of the open body have statics where something holds it beside its contact
-    let (kind, what) = match system.body.rigid_motions(true).is_empty() {
-        true => ("free-interface", "of the open body and the statics of its contact"),
-        false => ("fixed-interface", "of the body whose contact is held, and its contact"),
     };
-    global.caller.warn(&format!(
-        "{} displacements move by themselves: reduced to {MODES} modes {what}, as by [reduction] with kind = \"{kind}\", modes = {MODES} in the scene",
-        system.n_o()
-    ));
-    let kind = Change::set("reduction.kind", kind);
-    *scene = scene.with(&[kind, Change::set("reduction.modes", MODES.to_string())])?;
+    global.caller.warn(&text);
+    *scene = reduced;
     load::of_scene(scene)
 }
 
@@ -178,8 +162,8 @@ const HIGHEST: f64 = 10.0;
 
 /// Refuse a frequency at which one period would take for ever, or that is far above all that the body can do.
 pub(crate) fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
-    let body = &problem.system.body;
-    let (unit, bound) = (body.frequency_unit(), body.frequency_bound());
+    let system = &problem.system;
+    let (unit, bound) = (system.body.frequency_unit(), system.frequency_bound());
     if unit / omega > MOST_NATURAL_PERIODS {
         return Err(CliError::Input(format!(
             "omega = {}: one period would hold {} natural periods of the body; give at least {}",

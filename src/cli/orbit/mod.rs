@@ -241,10 +241,14 @@ fn at_displacement(
     omega: Option<f64>,
 ) -> Result<Verdict, CliError> {
     let near = omega.or_else(|| displaced::bilinear(body, pin)).unwrap_or(pin.omega);
-    let found = displaced::at_displacement(body, pin, size, near)?;
-    let reason =
-        "no orbit at this displacement; give --omega near its frequency, or another [orbit] mode";
-    Ok(found.unwrap_or_else(|| Verdict::not_found(reason)))
+    let reason = format!(
+        "none at the displacement {size} with a frequency near {near:.6}; give --omega near that of the orbit, or another [orbit] mode"
+    );
+    Ok(match displaced::at_displacement(body, pin, size, near)? {
+        Some(Verdict::Orbit(orbit)) => Verdict::Orbit(orbit),
+        Some(why) => Verdict::not_found(format!("{reason} ({why})")),
+        None => Verdict::not_found(reason),
+    })
 }
 
 /// One orbit, or all that can be found.
@@ -290,7 +294,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             }
             false => "try another frequency, another [initial] guess, or --all",
         };
-        let at = omega.map_or(String::new(), |omega| format!(" at omega = {omega}"));
+        let at = match (arguments.displacement, omega) {
+            (None, Some(omega)) => format!(" at omega = {omega}"),
+            _ => String::new(),
+        };
         return Ok(answer.failed(format!("no orbit{at}: {verdict}\n  {advice}")));
     };
     let mut object = orbit_json(&body, orbit);

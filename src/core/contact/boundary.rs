@@ -225,9 +225,7 @@ pub(super) fn areas(body: &Body) -> Vec<f64> {
         }
     };
     for of_side in quadrature(body).chunk_by(|a, b| a.side == b.side) {
-        let bears = shape::side_shares(of_side[0].element.kind, of_side[0].side.1.side)
-            .iter()
-            .all(|share| *share > 1e-12);
+        let bears = shape::bears(of_side[0].element.kind, of_side[0].side.1.side);
         let squares = || of_side.iter().flat_map(|p| p.shape.iter().map(|s| p.weight * s.1 * s.1));
         let whole = of_side.iter().map(|p| p.weight).sum::<f64>() / squares().sum::<f64>();
         for point in of_side {

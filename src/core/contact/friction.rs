@@ -188,6 +188,16 @@ impl Friction {
         Some(Discrete { row, stiffness: elastic.stiffness, mass: 0.0 })
     }
 
+    /// What springs in series with sliders add to the square of the highest frequency while they stick, at the most: `Σ k wᵀM⁻¹w`.
+    pub fn of_springs(&self) -> f64 {
+        let columns = &self.along.columns;
+        let places = &self.place[self.tangents.len() - self.sliders.len()..];
+        let of = |(slider, &k): (&Slider, &usize)| {
+            slider.elastic.map_or(0.0, |e| e.stiffness * columns.between(k, k))
+        };
+        self.sliders.iter().zip(places).map(of).sum::<f64>().max(0.0)
+    }
+
     /// `μ a`: the largest force over the pressure.
     pub fn limit_over_pressure(&self, point: usize) -> f64 {
         self.tangents[point].as_ref().map_or(0.0, |t| t.coefficient * self.area[point])

@@ -107,8 +107,9 @@ impl Nbm {
         let solve = |x: &mut [f64]| mass.solve(x, &mut scratch);
         let law = Box::new(Coulomb { coefficients: extremes, sliders: sliders.len() });
         let of_body = (&body.stiffness, &**c);
-        let friction = Some(Arc::new(Friction::new(tangents, sliders, of_body, solve)));
-        Ok(Nbm { friction, law, ..self })
+        let friction = Friction::new(tangents, sliders, of_body, solve);
+        let highest = self.highest.hypot(friction.of_springs().sqrt());
+        Ok(Nbm { friction: Some(Arc::new(friction)), law, highest, ..self })
     }
 }
 

@@ -255,6 +255,12 @@ impl System {
         }
     }
 
+    /// Upper bound of the natural frequencies of the body and of all phases, as far as one is known.
+    pub fn frequency_bound(&self) -> f64 {
+        let highest = Some(self.units.highest).filter(|w| w.is_finite());
+        self.body.frequency_bound().max(highest.unwrap_or(0.0))
+    }
+
     /// Length of `x = u_O`.
     pub fn n_o(&self) -> usize {
         self.body.dofs.n_o

@@ -7,7 +7,6 @@ use super::{
     Checkpoint, Done, Evidence, Flow, Layout, Ledger, Observer, Options, Outcome, Resumed, Run,
     Search, State, States, System,
 };
-use crate::contact::{Phase, Scratch, Slider};
 
 impl<'a, O: Observer> Run<'a, O> {
     /// The initial active set: from the complementarity problem, then from the velocities.
@@ -95,18 +94,14 @@ impl<'a, O: Observer> Run<'a, O> {
         flow: &'a mut dyn Flow,
         observer: &'a mut O,
     ) -> Done<Self, O> {
-        let highest = Some(system.units.highest).filter(|w| w.is_finite());
-        let bound = system.body.frequency_bound().max(highest.unwrap_or(0.0));
         let lists = !observer.takes_events();
-        let (phase, mut scratch) = (system.open_phase(), system.scratch());
-        let bound = bound.hypot(by_springs(system, &phase, &mut scratch).sqrt());
         Ok(Run {
             system,
             options,
             flow,
             observer,
-            scratch,
-            phase,
+            scratch: system.scratch(),
+            phase: system.open_phase(),
             now: Present::new(Layout::new(system), system.n()),
             search: Search {
                 slack: vec![],
@@ -115,7 +110,7 @@ impl<'a, O: Observer> Run<'a, O> {
                 blind: false,
             },
             account: Account::default(),
-            told: Told::nothing(lists, bound),
+            told: Told::nothing(lists, system.frequency_bound()),
             seen: Evidence { largest_u: system.units.length, ..Evidence::default() },
             early: None,
         })
@@ -145,21 +140,4 @@ impl<'a, O: Observer> Run<'a, O> {
         };
         self.observer.phase(checkpoint);
     }
-}
-
-/// What springs in series with sliders add to the square of the highest frequency while they stick, at the most: `Σ k wᵀM⁻¹w`.
-fn by_springs(system: &System, phase: &Phase, scratch: &mut Scratch) -> f64 {
-    // asked at the start of every motion
-    if system.sliders().iter().all(|slider| slider.elastic.is_none()) {
-        return 0.0;
-    }
-    let (mut force, mut a) = (vec![0.0; system.n()], vec![0.0; system.n_o()]);
-    let mut of_one = |slider: &Slider| {
-        let Some(spring) = slider.elastic else { return 0.0 };
-        force.fill(0.0);
-        slider.row.iter().for_each(|&(j, w)| force[j] = w);
-        phase.force_acceleration(&force, scratch, &mut a);
-        spring.stiffness * slider.along(&a)
-    };
-    system.sliders().iter().map(&mut of_one).sum::<f64>().max(0.0)
 }

@@ -8,7 +8,7 @@ use nalgebra::{Dyn, MatrixXx6, OMatrix, U6};
 
 use super::law::Material;
 use super::shape::{self, Integrand, Local, Tabulated};
-use crate::mesh::point::{cross, dot};
+use crate::mesh::point::{aligned, cross, dot};
 use crate::mesh::{ElementKind, Point};
 
 /// Strain over the displacements of an element: six rows, in the order of [`super::law`].
@@ -249,7 +249,7 @@ impl Shape<'_> {
             OnSide {
                 place,
                 area: p.weight * size,
-                normal: across.map(|n| n / size * sign),
+                normal: aligned(across.map(|n| n / size * sign)),
                 values: p.values,
                 local: p.local,
             }
@@ -502,6 +502,22 @@ mod tests {
         let ends = [0, 1].map(|s| bar.side(s)[0].clone());
         assert_eq!(ends.clone().map(|e| e.normal[0]), [-1.0, 1.0]);
         assert_eq!(ends.map(|e| (e.area, e.values)), [(1.0, vec![1.0]), (1.0, vec![1.0])]);
+    }
+
+    /// What lies along an axis up to rounding errors does so to the digit: a square that was turned by a right angle and moved; what is oblique stays.
+    #[test]
+    fn normals_along_axes_are_exact() {
+        let (sine, cosine) = std::f64::consts::FRAC_PI_2.sin_cos();
+        let turned =
+            |x: f64, y: f64| [0.3 + cosine * x - sine * y, 0.7 + sine * x + cosine * y, 0.0];
+        let x = [turned(0.0, 0.0), turned(0.1, 0.0), turned(0.1, 0.1), turned(0.0, 0.1)];
+        let shape = Shape { kind: ElementKind::Quad4, x: &x };
+        for side in 0..4 {
+            let normals = shape.side(side).into_iter().map(|p| p.normal);
+            assert!(normals.flatten().all(|n| n == 0.0 || n.abs() == 1.0));
+        }
+        let oblique = [1.0, 1e-9, 0.0];
+        assert_eq!(aligned(oblique), oblique);
     }
 
     /// Faces turn outwards by the order of their nodes alone, and a mirrored element is mirrored back.

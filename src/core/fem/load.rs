@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::body::Body;
 use super::carried::Carried;
-use super::element::Shape;
+use super::element::{OnSide, Shape};
+use super::shape;
 use super::spline::Spline;
 
 /// What a load does in time.
@@ -252,12 +253,36 @@ pub fn traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
     body.dofs.gather_forces(&nodal_traction(body, group, stress))
 }
 
-/// The areas that belong to the nodes of a group of sides, others none; over an angle of 2π around an axis.
+/// The areas that belong to the nodes of a group of sides, others none; over an angle of 2π around an axis: nodal forces of a unit traction.
 pub fn nodal_areas(body: &Body, group: &str) -> Vec<f64> {
     let dim = body.mesh.dim();
     let mut unit = vec![0.0; dim];
     unit[0] = 1.0;
     nodal_traction(body, group, &unit).into_iter().step_by(dim).collect()
+}
+
+/// Areas of the nodes of a group of sides, all positive: the same, but on sides whose shape functions have integrals that are not (second order without a node
+/// in the middle), where the area of each is shared out by `∫ P²`.
+pub fn positive_areas(body: &Body, group: &str) -> Vec<f64> {
+    let mesh = &body.mesh;
+    let mut areas = vec![0.0; mesh.n_nodes()];
+    for &facet in mesh.group(group) {
+        let element = mesh.element(facet);
+        let Some(material) = body.materials().get(element.region) else { continue };
+        let x = mesh.corners(element);
+        let bears = shape::bears(element.kind, facet.side);
+        let points = (Shape { kind: element.kind, x: &x }).side(facet.side);
+        let area = |p: &OnSide| p.area * material.measure(p.place[0]);
+        let squares = |p: &OnSide| area(p) * p.values.iter().map(|v| v * v).sum::<f64>();
+        let whole = points.iter().map(area).sum::<f64>() / points.iter().map(squares).sum::<f64>();
+        for point in &points {
+            for (&l, value) in element.kind.side(facet.side).iter().zip(&point.values) {
+                let share = if bears { *value } else { whole * value * value };
+                areas[element.nodes[l]] += area(point) * share;
+            }
+        }
+    }
+    areas
 }
 
 /// The same on the components of all nodes.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::element::Shape;
-use super::shape::side_shares;
+use super::shape::bears;
 use crate::mesh::point::unit;
 use crate::mesh::{Mesh, Point};
 
@@ -25,7 +25,7 @@ pub(super) fn nodes_of(mesh: &Mesh, group: &str) -> Vec<GroupNode> {
     for &facet in mesh.group(group) {
         let element = mesh.element(facet);
         let x = mesh.corners(element);
-        let bears = side_shares(element.kind, facet.side).iter().all(|share| *share > 1e-12);
+        let bears = bears(element.kind, facet.side);
         for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
             let n = point.normal;
             for (&local, p) in element.kind.side(facet.side).iter().zip(&point.values) {

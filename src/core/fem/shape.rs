@@ -523,6 +523,11 @@ pub fn side_shares(kind: ElementKind, side: usize) -> Vec<f64> {
     (0..kind.side(side).len()).map(share).collect()
 }
 
+/// Whether a uniform pressure on a side pushes all of its nodes: not on sides of second order without a node in the middle.
+pub fn bears(kind: ElementKind, side: usize) -> bool {
+    side_shares(kind, side).iter().all(|share| *share > 1e-12)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

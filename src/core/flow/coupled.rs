@@ -40,6 +40,20 @@ pub struct Operators {
     pub skew: Option<(Mat<f64>, Vec<f64>)>,
 }
 
+/// What is left of damping beside rigid motions by rounding, over the largest.
+const APART: f64 = 1e-12;
+
+impl Operators {
+    /// Whether nothing but `α` damps the first `rigid` coordinates, and no other damps with them: dampers and ratios of modes may.
+    pub fn leave_apart(&self, rigid: usize, alpha: f64) -> bool {
+        let (d, n) = (&self.damping, self.damping.nrows());
+        let largest = (0..n).fold(0.0f64, |m, i| m.max(d[(i, i)].abs()));
+        let plain = |i: usize, j: usize| if i == j { alpha } else { 0.0 };
+        let is_plain = |i: usize, j: usize| (d[(i, j)] - plain(i, j)).abs() <= APART * largest;
+        (0..rigid).all(|i| (0..n).all(|j| is_plain(i, j) && is_plain(j, i)))
+    }
+}
+
 /// The complex modes of a phase.
 #[derive(Debug)]
 pub struct Coupling {

@@ -93,7 +93,7 @@ pub(super) struct Stuck {
     pub drag: Vec<f64>,
     /// `VᵀΨᵀMΨ V` and `VᵀΨᵀKΨ V`
     pub squares: [f64; 2],
-    /// Leading coordinates that are rigid motions apart from the others: of phases in which some point slips.
+    /// Leading coordinates that are rigid motions.
     pub rigid: usize,
     /// Forces of the harmonic loads on all coordinates, what sticks included: their work.
     pub loads: Vec<Vec<f64>>,
@@ -236,6 +236,9 @@ impl Spectrum {
                     .map(Vec::as_slice)
                     .collect();
                 let outer = (basis.stuck.rigid, frozen);
+                if !operators.leave_apart(outer.0, alpha) {
+                    return Err(FemError::Dependent { size: basis.omega.len() });
+                }
                 let rows = basis.all_rows();
                 let coupled = Coupled::new(operators, &scale, outer, alpha, rows, &forces)?;
                 let slips = mixing.forces.as_ref().is_some_and(|f| f.skew.is_none());
@@ -685,14 +688,9 @@ impl Stuck {
             drag.iter_mut().zip(along).for_each(|(d, a)| *d += v * a);
         }
         let of_load = |h: &Harmonic| transposed(shapes, &phase.reduce(&h.force));
-        let slips = phase.slip_stiffness().is_some();
         Stuck {
             squares: [dot(&carried, &pulled), k.quadratic(&carried)],
-            rigid: if slips {
-                omega[..moving].iter().take_while(|w| **w == 0.0).count()
-            } else {
-                0
-            },
+            rigid: omega[..moving].iter().take_while(|w| **w == 0.0).count(),
             loads: system.loads.harmonics.iter().map(of_load).collect(),
             velocities,
             inertia,

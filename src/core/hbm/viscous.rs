@@ -24,8 +24,8 @@ use super::newton::{Settings, conclude};
 use super::rubbing::Along;
 use super::series::{Basis, Series};
 use super::solution::Ended;
-use super::{Form, HbmError, Reduction, Solution};
-use crate::contact::System;
+use super::{Balanced, Form, HbmError, Reduction, Solution};
+use crate::contact::{State, System};
 use crate::continuation::{dot, norm};
 use crate::orbit::Pin;
 use crate::records::GapReason;
@@ -104,6 +104,12 @@ impl Viscous {
     /// The body with the feedback that was set last.
     pub fn reduction(&self) -> &Reduction {
         &self.reduction
+    }
+
+    /// The state at `t = 0` of a series, from which its orbit is shot.
+    pub fn state(&self, of: &Fed) -> Result<State, HbmError> {
+        let u = self.reduction.displacements(&of.solution)?;
+        Ok(of.solution.state(&u, 0.0, 0))
     }
 
     /// Give the body a feedback.

@@ -130,11 +130,18 @@ impl Verdict {
 pub struct Sequential<'a> {
     /// Frequencies, in order.
     pub grid: &'a [f64],
+    /// The step of the whole grid.
+    pub step: f64,
     /// What to do for one orbit.
     pub effort: Effort,
-    /// Guesses at a frequency while nothing is known.
+    /// Guesses at a frequency while nothing is known, or where the last orbit is far away.
     pub first: &'a dyn Fn(&Propagator, f64) -> Vec<Vec<f64>>,
+    /// The guess of another method, where none of those leads to an orbit.
+    pub last: &'a dyn Fn(&Propagator, f64) -> Option<Vec<f64>>,
 }
+
+/// Behind so many frequencies without an orbit, in steps of the grid, a branch has ended: what else there is counts.
+const FAR: f64 = 3.5;
 
 /// How often a step that fails is halved.
 const HALVINGS: u32 = 2;
@@ -229,7 +236,13 @@ fn try_at(
     }
     if let Closure::Viscous(pin) = closure {
         // a basin that reaches from the linear mode: higher viscosity first, then down
-        let found = viscous::by_viscosity(body, pin, omega, &quick)?;
+        let mut found = viscous::by_viscosity(body, pin, omega, &quick)?;
+        if found.as_ref().and_then(Verdict::orbit).is_none()
+            && known.is_empty()
+            && let Some(guess) = (plan.last)(body, omega)
+        {
+            found = Some(find(body, closure, &guess, omega, &quick)?);
+        }
         let nothing = || Verdict::not_found("no path of viscosities leads to an orbit");
         return Ok(found.unwrap_or_else(nothing));
     }
@@ -239,6 +252,14 @@ fn try_at(
             Ok(orbit) => Verdict::Orbit(orbit),
             Err(why) => Verdict::not_found(why),
         });
+    }
+    if known.last().is_some_and(|(last, _)| (omega - last).abs() > FAR * plan.step) {
+        for guess in (plan.first)(body, omega) {
+            let verdict = find(body, closure, &guess, omega, &quick)?;
+            if verdict.orbit().is_some() {
+                return Ok(verdict);
+            }
+        }
     }
     let mut worst = None;
     for guess in list.iter().rev() {

@@ -134,20 +134,27 @@ pub(super) fn loads(system: &System) -> Vec<Complex<f64>> {
     all
 }
 
-/// A period of loads of frequency `omega` from the frame vector `z`; none where the motion could not be followed.
-pub fn period(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Option<Period>, OrbitError> {
+/// A period of loads of frequency `omega` from the frame vector `z`; none where the motion could not be followed. What is read of it is that of the states in it, and
+/// of parabolas through these: with `fine` of eight times as many.
+pub fn period(
+    body: &mut Propagator,
+    z: &[f64],
+    omega: f64,
+    fine: bool,
+) -> Result<Option<Period>, OrbitError> {
+    let states = if fine { 8 * STATES } else { STATES };
     body.system.loads_mut().set_frequency(omega);
     let body = &*body;
     let until = TAU / omega;
     let mut lock_in = LockIn {
-        look: Look::new(body, until, STATES),
+        look: Look::new(body, until, states),
         force: loads(&body.system),
         omega,
         last: None,
         switched: false,
         sum: Complex::default(),
     };
-    let passage = integrate_with(body, &body.state(z), until, STATES, &mut lock_in);
+    let passage = integrate_with(body, &body.state(z), until, states, &mut lock_in);
     let Some(passage) = tolerate(passage)? else { return Ok(None) };
     let LockIn { look, sum, .. } = lock_in;
     Ok(Some(Period {

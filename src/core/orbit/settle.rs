@@ -324,7 +324,8 @@ pub fn ladder(
     if let Some(orbit) = verdict.orbit() {
         return Ok(Ok(Box::new(orbit.clone())));
     }
-    why.insert(0, verdict.to_string());
+    let said = verdict.to_string();
+    why.insert(0, said.strip_prefix("not found: ").unwrap_or(&said).to_owned());
     why.dedup();
     Ok(Err(why.join("; ")))
 }

@@ -41,7 +41,7 @@ impl Pin {
 }
 
 /// The mode of the open body (from 0) that has the largest share `Γ_k²/ω_k²` of the static compliance of the contact under uniform pressure,
-/// `Γ_k = φ_kᵀ G 1`; none if the body can move rigidly. Around an equilibrium the first one.
+/// `Γ_k = φ_kᵀ G 1`, of several contacts `Σ |Γ_k|`: pressures on opposite sides would cancel; none if the body can move rigidly. Around an equilibrium the first one.
 pub fn pinned_mode(body: &Propagator) -> Option<usize> {
     let system = &body.system;
     let open = system.open_phase();
@@ -50,7 +50,10 @@ pub fn pinned_mode(body: &Propagator) -> Option<usize> {
         let shape: Vec<f64> = (0..n).map(|i| body.home.shapes[(i, k)]).collect();
         let mut full = vec![0.0; system.n()];
         open.expand(&shape, &mut full);
-        let moved: f64 = full[n..].iter().zip(&system.constraints).map(|(u, c)| c.area * u).sum();
+        let groups = system.constraints.iter().map(|c| c.group + 1).max().unwrap_or(0);
+        let mut moved = vec![0.0; groups];
+        full[n..].iter().zip(&system.constraints).for_each(|(u, c)| moved[c.group] += c.area * u);
+        let moved: f64 = moved.iter().map(|m: &f64| m.abs()).sum();
         (moved / body.home.modes[k].omega).powi(2)
     };
     if body.home.modes.iter().any(|m| m.omega == 0.0) {

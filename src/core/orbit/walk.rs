@@ -110,7 +110,7 @@ impl Propagator {
                     before = blow.act(before.as_ref());
                 }
                 let jump = (0..n).map(|i| before[(i, 0)] - link.a0[i]).collect();
-                let bound = self.system.body.frequency_bound();
+                let bound = self.system.frequency_bound();
                 events.push(Event { slowed, blow, ..previous.event(chain, j - 1, jump, bound) });
             }
             x = Mat::from_fn(n, 2, |i, c| if c == 0 { link.q1[i] } else { link.v1[i] });
