@@ -91,7 +91,8 @@ fn differentiate(
         row.amplitude = exactly(exact.readings.amplitude);
     }
     row.x.clone_from(&exact.orbit.z);
-    if let Some(read) = phase_lag::period(body, &row.x, omega, true)? {
+    if let Some(mut read) = phase_lag::period(body, &row.x, omega)? {
+        read.refine(body, &row.x, omega)?;
         (row.force, row.energy, row.kinetic) = (exactly(read.force), read.energy, read.kinetic);
     }
     let parameters = beside_frequency(scene, &body.system, keys);
@@ -220,14 +221,16 @@ fn lock(
             return Ok(None);
         }
         let (omega, k) = (steering.omega, log.errors.len());
-        // of many readings with their noise the mean is taken
-        let is_read = wait == Some(0) && test.noise == 0.0;
         if !(omega > test.omega / AWAY && omega < test.omega * AWAY) {
             return lost(k, format!("the loop has left: omega = {omega:.4}"));
         }
-        let Some(period) = phase_lag::period(body, &z, omega, is_read)? else {
+        let Some(mut period) = phase_lag::period(body, &z, omega)? else {
             return lost(k, "the motion could not be followed".into());
         };
+        // of many readings with their noise the mean is taken
+        if wait == Some(0) && test.noise == 0.0 {
+            period.refine(body, &z, omega)?;
+        }
         if period.power.norm() == 0.0 {
             return lost(k, "the loads do not move the body".into());
         }

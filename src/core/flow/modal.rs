@@ -195,7 +195,7 @@ impl<'a> Modal<'a> {
         if let Some(i) = work {
             y[i] += self.drives.work(a, b);
         }
-        if rubbed.is_some() && phase.rubs() {
+        if rubbed.is_some() && phase.sums_powers() {
             let at = |times: &[f64]| self.values_at(phase, times);
             rubbing::integrate((self.system, phase, &self.layout), (a, b), at, y);
         } else if work.is_some() || dissipated.is_some() {

@@ -466,10 +466,11 @@ impl Spectrum {
         all
     }
 
-    /// Whether friction takes energy, or a moving surface brings it.
-    pub(super) fn rubs(&self) -> bool {
+    /// Whether work and dissipation are summed over points in time: friction takes energy, a moving surface brings it, or rigid motions stand beside coupled modes.
+    pub(super) fn sums_powers(&self) -> bool {
         let slips = (0..self.states.len()).any(|i| self.states.at(i).slip().is_some());
-        slips || self.stuck.velocities.iter().any(|v| *v != 0.0)
+        let stands_beside = self.coupling.is_some() && self.stuck.rigid > 0;
+        slips || stands_beside || self.stuck.velocities.iter().any(|v| *v != 0.0)
     }
 
     /// Whether the modes by themselves are the motions of the phase.

@@ -134,15 +134,21 @@ pub(super) fn loads(system: &System) -> Vec<Complex<f64>> {
     all
 }
 
-/// A period of loads of frequency `omega` from the frame vector `z`; none where the motion could not be followed. What is read of it is that of the states in it, and
-/// of parabolas through these: with `fine` of eight times as many.
-pub fn period(
+/// What is seen of the largest values of an orbit is that of so many times as many states.
+const FINE: usize = 8;
+
+/// A period of loads of frequency `omega` from the frame vector `z`; none where the motion could not be followed.
+pub fn period(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Option<Period>, OrbitError> {
+    seen(body, z, omega, STATES)
+}
+
+/// The same by so many states, and by parabolas through them.
+fn seen(
     body: &mut Propagator,
     z: &[f64],
     omega: f64,
-    fine: bool,
+    states: usize,
 ) -> Result<Option<Period>, OrbitError> {
-    let states = if fine { 8 * STATES } else { STATES };
     body.system.loads_mut().set_frequency(omega);
     let body = &*body;
     let until = TAU / omega;
@@ -187,6 +193,21 @@ impl Period {
     /// `W`
     pub fn work(&self) -> f64 {
         -PI * self.power.im
+    }
+
+    /// Look again, by more states, at the largest values of a period from `z` of the frequency `omega`.
+    pub fn refine(
+        &mut self,
+        body: &mut Propagator,
+        z: &[f64],
+        omega: f64,
+    ) -> Result<(), OrbitError> {
+        if let Some(fine) = seen(body, z, omega, FINE * STATES)? {
+            let Period { amplitude, force, energy, kinetic, .. } = fine;
+            (self.amplitude, self.force) = (amplitude, force);
+            (self.energy, self.kinetic) = (energy, kinetic);
+        }
+        Ok(())
     }
 
     /// As an instrument reads it that is off: by a relative error in what it tells, and by an angle in the lag.
