@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::common::run;
+use crate::common::{json, run};
 
 /// Every kind of new scene runs as it is, and nothing is overwritten.
 #[test]
@@ -62,4 +62,42 @@ fn completions_and_manual_pages_know_every_command() {
         assert!(page.unwrap().contains(".SH SYNOPSIS"), "{command}");
     }
     assert!(text(&["man"]).starts_with(".ie"));
+}
+
+/// A run goes on from the last state of another one: under every contact method, whether its file holds what is but seen of the contact or not.
+#[test]
+fn runs_go_on_from_the_state_of_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    for method in
+        ["nbm", "mass-redistribution", "penalty", "nitsche", "stop", "impact", "moreau-jean"]
+    {
+        for edge in ["bottom", "right"] {
+            let stop = if method == "stop" { "stiffness = 20.0\n" } else { "" };
+            let scene = |name: &str, begin: &str, until: f64| {
+                let text = format!(
+                    "[body]\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = [4, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x', 'y']\n\
+                     [contact]\nedge = '{edge}'\ngap = 0.1\nmethod = '{method}'\n{stop}[initial]\n{begin}\n[run]\nuntil = {until:?}\n"
+                );
+                std::fs::write(at(name), text).unwrap();
+                at(name)
+            };
+            let thrown = "velocity = ['0.3*x', '-0.1*x']";
+            let run = |scene: &str, file: &str| json(&["run", scene, "-o", &at(file), "--force"]);
+            run(&scene("first.toml", thrown, 1.0), "first.h5");
+            let rest = run(&scene("rest.toml", "file = 'first.h5'", 1.0), "rest.h5");
+            let whole = run(&scene("whole.toml", thrown, 2.0), "whole.h5");
+            if method == "moreau-jean" {
+                continue;
+            }
+            // the books of both parts are those of the whole
+            let energy = |v: &serde_json::Value| v["energy_end"].as_f64().unwrap();
+            assert!(
+                (energy(&rest) / energy(&whole) - 1.0).abs() < 1e-6,
+                "{method} {edge}: {} {}",
+                energy(&rest),
+                energy(&whole)
+            );
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Phases that natural modes do not decouple: the exact flow by complex modes against Runge–Kutta on the same equations, which knows no modes.
 
-use crate::common::problem;
+use crate::common::{problem, relative};
 use signorini::event::{self, Options, Report, Silent};
 use signorini::flow::Tolerances;
 use signorini::problem::Problem;
@@ -66,5 +66,28 @@ fn complex_modes_are_the_motion() {
         for (a, b) in books {
             assert!((a - b).abs() < 1e-9 * steps.energy_start, "{contact}{rest}: {books:?}");
         }
+    }
+}
+
+/// A body that rolls along its obstacle: its rigid motion stands beside the complex modes, with its share of work and dissipation.
+#[test]
+fn rigid_motions_stand_beside_complex_modes() {
+    for contact in
+        ["method = \"nitsche\"", "method = \"penalty\"", "method = \"mass-redistribution\""]
+    {
+        let p = problem(&format!(
+            "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [5, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+             [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"bottom\"\ngap = 0.02\n{contact}\n[damping]\nrayleigh = [0.2, 0.03]\n\
+             [[load]]\nkind = \"traction\"\nedge = \"top\"\namplitude = [0.0, -0.1]\n\
+             [[load]]\nkind = \"traction\"\nedge = \"top\"\namplitude = [0.0, 0.04]\nomega = 2.3\n"
+        ));
+        let (exact, stepped) = (run(&p, Integrator::Modal), run(&p, Integrator::Dop853));
+        assert!(exact.outcome.is_complete(), "{contact}: {}", exact.outcome);
+        assert!(exact.switches.len() > 3, "{contact}");
+        assert!(relative(&exact.last.u, &stepped.last.u) < 1e-8, "{contact}");
+        for of in [|r: &Report| r.energy_external, |r: &Report| r.energy_dissipated] {
+            assert!((of(&exact) / of(&stepped) - 1.0).abs() < 1e-8, "{contact}");
+        }
+        assert!(exact.energy_drift_total < 1e-10, "{contact}: {:e}", exact.energy_drift_total);
     }
 }

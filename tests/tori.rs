@@ -134,10 +134,10 @@ fn tori_go_on_and_are_shown() {
         }
     }
     // an orbit without a pair says so
-    let other = at("other.h5");
-    let output = run(&["tori", &scene, "-o", &other, "--omega", "0.01"]);
+    let (empty, other) = (at("none.h5"), at("other.h5"));
+    let output = run(&["tori", &scene, "-o", &empty, "--omega", "0.01"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let none = read_tori(Path::new(&other)).unwrap().tori;
+    let none = read_tori(Path::new(&empty)).unwrap().tori;
     assert!(none.rows.is_empty() && said.contains(&none.end), "{said}");
     assert_eq!(output.status.code(), Some(3));
     for (more, why) in [

@@ -337,7 +337,7 @@ fn ended_early(report: &Report, has_impacts: bool, output: &Path) -> String {
             "\n  a node that opens and closes without end has, as a rule, no equilibrium in either state: loads at the \
              contact edge on a coarse mesh do that. Refine the mesh towards the edge, or move the load off it"
         }
-        Outcome::Flow(_) => "\n  try the integrator \"modal\", or a larger rtol",
+        Outcome::Flow(_) => "\n  try another integrator (\"dop853\", \"modal\"), or a larger rtol",
         _ => "",
     };
     format!(

@@ -38,6 +38,11 @@ pub(super) fn reduced(scene: &Scene, problem: Problem) -> Result<Problem, Proble
             let help = "add a [[support]], or leave [reduction] out";
             scene.error(Issue::new("reduction", message, help)).into()
         }
+        FemError::Singular { .. } if interface == Interface::Free => {
+            let message = "does not know all displacements along which friction acts: too few modes, or a body that friction alone holds";
+            let help = "give kind = \"fixed-interface\", more modes, or a [[support]]";
+            scene.error(Issue::new("reduction.kind", message, help)).into()
+        }
         other => ProblemError::Fem(other),
     })?;
     let reduction = Arc::new(reduction);

@@ -49,7 +49,10 @@ fn read_state_of(path: &Path, mesh: &Mesh, interpolate: bool) -> Result<State, S
     if map.dim() != (stored.nrows(), width) {
         return Err(damaged(path, "/mesh/dof_map"));
     }
-    let (u, v) = stored_state(&file, path, map.len())?;
+    // what is but seen of a contact, and what springs of sliders remember, stands behind the displacements
+    let of_points = |name: &str| file.dataset(name).map_or(0, |d| d.size());
+    let most = map.len() + of_points("mesh/contact_dofs") + of_points("mesh/contact_area");
+    let (u, v) = stored_state(&file, path, most)?;
     if !u.iter().chain(&v).all(|x| x.is_finite()) {
         return Err(damaged(path, "a state that is not finite"));
     }

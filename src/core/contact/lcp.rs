@@ -122,7 +122,10 @@ pub(crate) fn solve_between(
     let mut passed: Vec<Vec<Side>> = vec![];
     loop {
         let (w, p) = basic_solution(n, q, &bound, &places)?;
-        let tolerance = |i: usize| units * (q_scale[i] + n.row_size(i, &w));
+        // a row without terms of its own knows those of the others by the solution of all: counted once a basis has come back
+        let largest = w.iter().fold(0.0f64, |m, w| m.max(w.abs()));
+        let of_all = |i: usize| (units - UNITS) * n[(i, i)].abs() * largest;
+        let tolerance = |i: usize| units * (q_scale[i] + n.row_size(i, &w)) + of_all(i);
         // where an unknown belongs that stands wrong
         let belongs = |i: usize| -> Option<Side> {
             let (diagonal, rounding) = (n[(i, i)].abs(), tolerance(i));

@@ -195,10 +195,11 @@ impl<'a> Modal<'a> {
         if let Some(i) = work {
             y[i] += self.drives.work(a, b);
         }
-        if rubbed.is_some() && phase.sums_powers() {
+        let is_asked = work.is_some() || dissipated.is_some();
+        if phase.sums_powers() && (is_asked || rubbed.is_some()) {
             let at = |times: &[f64]| self.values_at(phase, times);
             rubbing::integrate((self.system, phase, &self.layout), (a, b), at, y);
-        } else if work.is_some() || dissipated.is_some() {
+        } else if is_asked {
             let sums = self.motion.all_powers(phase, (a, b));
             let places = [work, dissipated].into_iter().zip(sums);
             places.for_each(|(place, x)| place.into_iter().for_each(|i| y[i] += x));

@@ -121,12 +121,13 @@ impl Coupled {
         &self.modes
     }
 
-    /// Whether an eigenvalue vanishes beside those of the rigid motions: points that slip against each other may leave a body no stiffness, and then no load has a
-    /// steady response.
+    /// Whether an eigenvalue vanishes beside those of the rigid motions, or is `−α` as of one: points that slip against each other may leave a body no stiffness, and then no load has
+    /// a steady response.
     pub fn is_singular(&self) -> bool {
         let lambda = self.modes.lambda();
         let largest = lambda.iter().fold(0.0f64, |m, l| m.max(l.norm()));
-        lambda.iter().any(|l| l.norm() < SINGULAR * largest)
+        let is_rigid = |l: &C| self.counts[0] > 0 && (l + self.alpha).norm() < SINGULAR * largest;
+        lambda.iter().any(|l| l.norm() < SINGULAR * largest || is_rigid(l))
     }
 
     /// `λ` and the coordinates that move of each complex mode with `Im λ ≥ 0`, rigid motions by themselves left out.

@@ -82,7 +82,7 @@ pub struct Eigenbasis {
     pub(super) defect: Defect,
 }
 
-/// What friction holds in a phase, in its coordinates: the last ones are displacements that stick, `u = Φ q_m + Ψ q_s`, `Ψ` static shapes.
+/// What friction holds in a phase, in its coordinates: the last ones are displacements that stick, `u = Φ q_m + Ψ q_s`, `Ψ` static shapes. What nothing holds comes first.
 #[derive(Debug)]
 pub(super) struct Stuck {
     /// Their velocities `V`, those of the obstacle's surface.
@@ -659,7 +659,9 @@ impl Stuck {
         (shapes, omega): (&Mat<f64>, &[f64]),
         (k, m): (&Csr, &Csr),
     ) -> Stuck {
-        if !phase.rubs() {
+        // rigid motions that forces without a potential may push stand among the others
+        let is_free = omega.first() == Some(&0.0) && phase.lost().is_none();
+        if !phase.rubs() && !is_free {
             return Stuck {
                 velocities: vec![],
                 inertia: Mat::new(),
