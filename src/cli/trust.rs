@@ -18,7 +18,7 @@ use super::{Answer, CliError, Global, family, load, viscous};
 /// Arguments of `trust`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini trust scenarios/plate.toml\n  signorini trust bracket.toml --json | jq .figures\n  signorini trust bracket.toml --orbit --omega 8600\n\n\
+    after_help = "Example:\n  signorini trust scenarios/plate.toml\n  signorini trust bracket.toml --json | jq .figures\n  signorini trust scenarios/half-plate-response.toml --orbit --omega 1.6\n\n\
     What moves: frequencies, and where the scene has [run] forces, impulses, displacements, energy, switches and what [[probe]] watches; \
     the same of an orbit with --orbit, found anew on each mesh as by signorini orbit. \
     Linear triangles and tetrahedra are solved again with the same mesh of second order, all others with elements of half the size."

@@ -28,7 +28,7 @@ fn up_to(share: f64) -> String {
 
 /// A value: numbers of things are whole.
 fn value(f: &Figure, x: f64) -> String {
-    match f.kind == "switches" && f.name == "number" {
+    match f.kind == "switches" && f.name.starts_with("number") {
         true => format!("{x}"),
         false => significant(x, 6),
     }
