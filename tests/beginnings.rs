@@ -64,7 +64,7 @@ fn completions_and_manual_pages_know_every_command() {
     assert!(text(&["man"]).starts_with(".ie"));
 }
 
-/// A run goes on from the last state of another one: under every contact method, whether its file holds what is but seen of the contact or not.
+/// A run goes on from the last state of another one: under every contact method, whether its file holds what is but seen of the contact or not (time stepping, whose steps fall otherwise, begins).
 #[test]
 fn runs_go_on_from_the_state_of_another() {
     let folder = tempfile::tempdir().unwrap();

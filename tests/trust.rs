@@ -224,13 +224,9 @@ fn orbits_are_found_on_each_mesh() {
     for (count, orbit) in counts.iter().zip(&orbits) {
         assert_eq!(*count, orbit["switches"].as_array().unwrap().len() as f64);
     }
-    // over a period the momentum of the body comes back: what the contact gives the support takes, but for the load
     assert!(figure("force", "contact \"right\", orbit").iter().all(|f| *f > 0.0));
-    assert_eq!(
-        said["beside"][0]["same_switches"],
-        orbits[0]["switches"].as_array().unwrap().len()
-            == orbits[1]["switches"].as_array().unwrap().len()
-    );
+    // of nodes that stand in another order, and of orbits that are not there, no order of convergence is known
+    assert_eq!(said["beside"][0]["same_switches"], false);
 }
 
 /// What has no orbit says so: at once where nothing periodic can be there.

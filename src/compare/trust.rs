@@ -346,8 +346,9 @@ pub fn trust(
                     let same = |g: &&Reading| g.0 == f.kind && g.1 == f.name;
                     *value = seen.figures.iter().find(same).map(|g| g.2);
                 }
-                beside.same_switches =
-                    own.switches.as_ref().zip(seen.switches.as_ref()).map(|(a, b)| a == b);
+                let both = own.switches.as_ref().zip(seen.switches.as_ref());
+                let both = both.filter(|_| seen.no_orbit.is_none());
+                beside.same_switches = both.map(|(a, b)| a == b);
                 let missed = seen.no_orbit.map(|why| format!("no orbit: {why}"));
                 let notes = seen.notes.into_iter().chain(missed);
                 trust.warnings.extend(notes.map(|note| format!("{text}: {note}")));
@@ -355,6 +356,8 @@ pub fn trust(
                     trust.warnings.extend(near_resonance(problem, &trust.figures, &values));
                 }
             }
+            // a search that was ended is no refusal
+            Err(_) if tick(done / whole, &text).is_break() => return Ok(None),
             Err(why) => {
                 beside.refused = Some(why);
                 // of second order the contact conditions may not do: elements of half the size may

@@ -286,6 +286,12 @@ pub(crate) fn first_orbit(
     guesses: &[Vec<f64>],
     omega: f64,
 ) -> Result<Orbit, FamilyError> {
+    for guess in guesses {
+        let verdict = find(body, closure, guess, omega, &Effort::of(closure))?;
+        if let Verdict::Orbit(orbit) = verdict {
+            return Ok(*orbit);
+        }
+    }
     match single::search(body, closure, guesses, omega)? {
         Verdict::Orbit(orbit) => Ok(*orbit),
         why => Err(FamilyError::NoStart(format!("at omega = {omega}, {why}"))),

@@ -35,6 +35,9 @@ pub fn search(
     guesses: &[Vec<f64>],
     omega: f64,
 ) -> Result<Verdict, OrbitError> {
+    if guesses.is_empty() {
+        return Ok(Verdict::not_found("there is nothing to start from"));
+    }
     for guess in guesses {
         let effort = Effort { rescue: guesses.len() == 1, ..Effort::of(closure) };
         let found = find(body, closure, guess, omega, &effort)?;

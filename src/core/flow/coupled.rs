@@ -44,9 +44,9 @@ pub struct Operators {
 const APART: f64 = 1e-12;
 
 impl Operators {
-    /// Whether nothing but `α` damps the first `rigid` coordinates, and no other damps with them: dampers and ratios of modes may.
-    pub fn leave_apart(&self, rigid: usize, alpha: f64) -> bool {
-        let (d, n) = (&self.damping, self.damping.nrows());
+    /// Whether nothing but `α` damps the first `rigid` of the coordinates that move, and no other damps with them: dampers and ratios of modes may.
+    pub fn leave_apart(&self, (rigid, n): (usize, usize), alpha: f64) -> bool {
+        let d = &self.damping;
         let largest = (0..n).fold(0.0f64, |m, i| m.max(d[(i, i)].abs()));
         let plain = |i: usize, j: usize| if i == j { alpha } else { 0.0 };
         let is_plain = |i: usize, j: usize| (d[(i, j)] - plain(i, j)).abs() <= APART * largest;
@@ -398,7 +398,10 @@ impl CoupledMotion {
         let mut steady_sizes = vec![0.0; p];
         let mut lost = 0.0;
         if constant.iter().any(|f| *f != C::default()) {
-            let quiet = |k: usize| -constant[k] / coupling.lambda[k];
+            let quiet = |k: usize| match constant[k] == C::default() {
+                true => constant[k],
+                false => -constant[k] / coupling.lambda[k],
+            };
             let quiet: Vec<C> = (0..p).map(quiet).collect();
             coupling.expand(&quiet, &mut steady);
             steady_sizes.iter_mut().zip(&quiet).for_each(|(s, q)| *s += q.norm());

@@ -91,7 +91,8 @@ impl Coupled {
             let mut along = vec![C::default(); rigid];
             for (i, x) in along.iter_mut().enumerate() {
                 let sum: C = (0..elastic).map(|j| u[j] * cascade[(i, j)]).sum();
-                *x = -sum / (l * l + l * alpha);
+                // what does not pull it leaves it at rest, resonant or not
+                *x = if sum == C::default() { sum } else { -sum / (l * l + l * alpha) };
                 shapes[0][(i, c)] = x.re;
                 shapes[1][(i, c)] = x.im;
             }
@@ -139,6 +140,11 @@ impl Coupled {
             (*l, of_rigid.chain(shape[..elastic].iter().copied()).collect())
         };
         self.modes.lambda().iter().enumerate().map(of_mode).collect()
+    }
+
+    /// Whether rigid motions stand beside the elastic ones.
+    pub(super) fn has_rigid(&self) -> bool {
+        self.counts[0] > 0
     }
 
     /// Where rigid motions end and where what sticks begins.

@@ -93,7 +93,7 @@ pub(super) struct Stuck {
     pub drag: Vec<f64>,
     /// `VᵀΨᵀMΨ V` and `VᵀΨᵀKΨ V`
     pub squares: [f64; 2],
-    /// Leading coordinates that are rigid motions.
+    /// Leading coordinates that are rigid motions; none in phases that know no friction.
     pub rigid: usize,
     /// Forces of the harmonic loads on all coordinates, what sticks included: their work.
     pub loads: Vec<Vec<f64>>,
@@ -109,6 +109,9 @@ struct Mixing {
     /// `ΦᵀWᵀWΦ` of dampers.
     dampers: Option<Mat<f64>>,
 }
+
+/// A force along a rigid motion below this share of the largest is a rounding error.
+const PUSHED: f64 = 1e-13;
 
 /// Entries of `ΦᵀWᵀWΦ` beside the diagonal, over the largest on it, that are rounding errors of modal damping in its own modes.
 const BESIDE: f64 = 1e-13;
@@ -235,13 +238,18 @@ impl Spectrum {
                     .chain(&basis.harmonics)
                     .map(Vec::as_slice)
                     .collect();
-                let outer = (basis.stuck.rigid, frozen);
-                if !operators.leave_apart(outer.0, alpha) {
+                let slips = mixing.forces.as_ref().is_some_and(|f| f.skew.is_none());
+                let apart = operators.leave_apart((basis.stuck.rigid, moving), alpha);
+                let outer = (if apart { basis.stuck.rigid } else { 0 }, frozen);
+                // rigid motions among the others are eigenvalues that vanish: what pushes one for good has no steady response
+                let free = basis.omega[..moving].iter().take_while(|w| **w == 0.0).count();
+                let size = |f: &[f64]| f.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+                let pushed = size(&steady_force[..free]) > PUSHED * size(&steady_force);
+                if outer.0 < free && (pushed || slips && free > 0) {
                     return Err(FemError::Dependent { size: basis.omega.len() });
                 }
                 let rows = basis.all_rows();
                 let coupled = Coupled::new(operators, &scale, outer, alpha, rows, &forces)?;
-                let slips = mixing.forces.as_ref().is_some_and(|f| f.skew.is_none());
                 if slips && coupled.is_singular() {
                     return Err(FemError::Dependent { size: basis.omega.len() });
                 }
@@ -469,7 +477,7 @@ impl Spectrum {
     /// Whether work and dissipation are summed over points in time: friction takes energy, a moving surface brings it, or rigid motions stand beside coupled modes.
     pub(super) fn sums_powers(&self) -> bool {
         let slips = (0..self.states.len()).any(|i| self.states.at(i).slip().is_some());
-        let stands_beside = self.coupling.is_some() && self.stuck.rigid > 0;
+        let stands_beside = self.coupling.as_ref().is_some_and(|c| c.has_rigid());
         slips || stands_beside || self.stuck.velocities.iter().any(|v| *v != 0.0)
     }
 
@@ -659,9 +667,7 @@ impl Stuck {
         (shapes, omega): (&Mat<f64>, &[f64]),
         (k, m): (&Csr, &Csr),
     ) -> Stuck {
-        // rigid motions that forces without a potential may push stand among the others
-        let is_free = omega.first() == Some(&0.0) && phase.lost().is_none();
-        if !phase.rubs() && !is_free {
+        if !phase.rubs() {
             return Stuck {
                 velocities: vec![],
                 inertia: Mat::new(),

@@ -253,14 +253,6 @@ fn try_at(
             Err(why) => Verdict::not_found(why),
         });
     }
-    if known.last().is_some_and(|(last, _)| (omega - last).abs() > FAR * plan.step) {
-        for guess in (plan.first)(body, omega) {
-            let verdict = find(body, closure, &guess, omega, &quick)?;
-            if verdict.orbit().is_some() {
-                return Ok(verdict);
-            }
-        }
-    }
     let mut worst = None;
     for guess in list.iter().rev() {
         let verdict = find(body, closure, guess, omega, &plan.effort)?;
@@ -270,6 +262,14 @@ fn try_at(
         // a fold or a grazing says more than that nothing was found
         if worst.is_none() || !matches!(verdict, Verdict::NotFound { .. }) {
             worst = Some(verdict);
+        }
+    }
+    if known.last().is_some_and(|(last, _)| (omega - last).abs() > FAR * plan.step) {
+        for guess in (plan.first)(body, omega) {
+            let verdict = find(body, closure, &guess, omega, &quick)?;
+            if verdict.orbit().is_some() {
+                return Ok(verdict);
+            }
         }
     }
     Ok(worst.unwrap_or_else(|| Verdict::not_found("there is nothing to start from")))

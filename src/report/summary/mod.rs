@@ -44,7 +44,7 @@ fn energy_warning(system: &System, report: &Report) -> Option<String> {
             significant(report.energy_drift, 2)
         ));
     }
-    if report.energy_drift > DRIFT && !is_at_rest(system, report) {
+    if report.energy_drift > DRIFT {
         return Some(format!(
             "the energy drifts by {} inside a phase: frequencies so far apart (materials, cells of very different size) that digits are lost, or a \
              tolerance too wide",
@@ -60,17 +60,6 @@ fn energy_warning(system: &System, report: &Report) -> Option<String> {
             significant(brought, 3)
         )
     })
-}
-
-/// Energies below this share of what presses every contact by a unit of length are those of rounding errors.
-const NOTHING: f64 = 1e-14;
-
-/// Whether a body that obstacles face has no energy to speak of: nothing drives it, or nothing touches it yet.
-fn is_at_rest(system: &System, report: &Report) -> bool {
-    let pressed: f64 = system.facing().iter().map(|c| c.area * c.stiffness).sum();
-    let brought = [report.energy_start, report.energy_end, report.energy_external];
-    let largest = brought.into_iter().fold(0.0f64, |m, e| m.max(e.abs()));
-    largest < NOTHING * pressed * system.units.length.powi(2)
 }
 
 /// Elements that are too stiff for the body, with what is known of the error.
