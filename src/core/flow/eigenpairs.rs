@@ -63,7 +63,7 @@ fn of_mass(d: &Mat<f64>) -> Option<f64> {
 }
 
 /// Pairs that give the matrix back worse than this, over its size, are not those of the motions: of nearly dependent vectors digits are lost that no bound of a single one tells.
-const OFF: f64 = 1e-11;
+const OFF: f64 = 1e-10;
 
 impl Eigenpairs {
     /// Those of a phase; `a` is its `A`.
