@@ -922,22 +922,3 @@ fn phases_of_equal_frequencies_are_not_mistaken() {
         assert!(exact.energy_drift_total < 1e-10, "{:e}", exact.energy_drift_total);
     }
 }
-
-/// At rest on two rough obstacles, with nothing yet along either of them: rates are rounding errors, and nobody slips by these.
-#[test]
-fn what_lies_on_rough_obstacles_begins() {
-    for (poisson, elements) in [(0.0, "[4, 2]"), (0.3, "[3, 3]")] {
-        let text = format!(
-            "[body]\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = {elements}\nyoung = 1.0\npoisson = {poisson:?}\ndensity = 1.0\nmass = 'lumped'\n\
-             [[contact]]\nedge = 'bottom'\ngap = 0.0\nmethod = 'mass-redistribution'\nfriction = 0.5\n[[contact]]\nedge = 'right'\ngap = 0.0\nmethod = 'mass-redistribution'\nfriction = 0.5\n\
-             [[spring]]\nedge = 'left'\ndirection = [1.0, 0.0]\nstiffness = 0.1\npreload = -0.02\n[[spring]]\nat = [0.0, 0.5]\ndirection = [1.0, 2.0]\nstiffness = 0.3\n\
-             [[spring]]\nat = [1.0, 0.5]\ndirection = [0.0, 1.0]\nstiffness = 0.3\n[damping]\nratio = 0.03\nmode = 4\n\
-             [[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [-0.02, -0.2]\n[run]\nuntil = 4.0\n"
-        );
-        let scene = scene(&text);
-        let [exact, stepped] = [Integrator::Modal, Integrator::Dop853].map(|i| run_by(&scene, i));
-        assert!(exact.outcome.is_complete(), "{poisson}: {}", exact.outcome);
-        assert!(exact.switches.len() > 5 && exact.energy_drift_total < 1e-10);
-        assert!(relative(&exact.last.u, &stepped.last.u) < 1e-8, "{poisson}");
-    }
-}

@@ -152,10 +152,6 @@ impl Surface<'_> {
         let rates = phase.monitor_rates(self.t, self.v_o, &a);
         let rounding =
             phase.monitor_rounding(largest(self.u_o).max(units.length), largest(self.v_o));
-        // of what is at rest without a load along it rates are rounding errors of those of velocities and accelerations
-        let [by_a, none] = [largest(&a), 0.0].map(|a| phase.monitor_rounding(0.0, a));
-        let mut blurred = phase.rate_rounding(largest(self.v_o));
-        blurred.iter_mut().zip(by_a.iter().zip(&none)).for_each(|(r, (a, none))| *r += a - none);
         let mut moves = vec![];
         for (k, &i) in points.iter().enumerate() {
             let Some(tangent) = self.system.tangent(i) else { continue };
@@ -180,10 +176,7 @@ impl Surface<'_> {
                     let found = trigger == Some((i, monitor.kind));
                     let tied = h[m].abs() <= if found { FOUND * slack } else { slack };
                     match tied {
-                        true => {
-                            let least = if found { 0.0 } else { 16.0 * blurred[m] };
-                            (rates[m] < -least).then_some((monitor.to, 0.0, true))
-                        }
+                        true => (rates[m] < 0.0).then_some((monitor.to, 0.0, true)),
                         false => (h[m] < 0.0).then_some((monitor.to, h[m], false)),
                     }
                 })
