@@ -38,6 +38,9 @@ const FREQUENCIES: usize = 3;
 /// Switches whose times are looked at.
 const SWITCHES: usize = 3;
 
+/// What is read off a motion, and its switches.
+type Motion = (Vec<Reading>, Vec<Switch>);
+
 /// What a body comes to.
 struct Seen {
     n_dof: usize,
@@ -51,7 +54,7 @@ struct Seen {
 }
 
 impl Seen {
-    fn add(&mut self, (figures, switches): (Vec<Reading>, Vec<Switch>)) {
+    fn add(&mut self, (figures, switches): Motion) {
         self.figures.extend(figures);
         self.switches.get_or_insert_default().extend(sequence(&switches));
     }
@@ -105,7 +108,7 @@ fn of_run(
     problem: &Problem,
     until: f64,
     go: &mut dyn FnMut(f64) -> Go,
-) -> Result<Option<(Vec<Reading>, Vec<Switch>)>, String> {
+) -> Result<Option<Motion>, String> {
     let mut stopped = false;
     let mut hear = |t: f64| {
         let go = go(t / until);
@@ -135,7 +138,7 @@ fn of_orbit(
     scene: &Scene,
     problem: &Problem,
     asked: &Periodic,
-) -> Result<Result<(Vec<Reading>, Vec<Switch>), String>, String> {
+) -> Result<Result<Motion, String>, String> {
     let closure = start::closure(scene, problem).map_err(said)?;
     let initial = &problem.initial;
     let mut body = Propagator::new(problem.system.clone()).map_err(said)?;
