@@ -195,11 +195,10 @@ impl<'a> Modal<'a> {
         if let Some(i) = work {
             y[i] += self.drives.work(a, b);
         }
-        let is_asked = work.is_some() || dissipated.is_some();
-        if phase.sums_powers() && (is_asked || rubbed.is_some()) {
+        if rubbed.is_some() && phase.sums_powers() {
             let at = |times: &[f64]| self.values_at(phase, times);
             rubbing::integrate((self.system, phase, &self.layout), (a, b), at, y);
-        } else if is_asked {
+        } else if work.is_some() || dissipated.is_some() {
             let sums = self.motion.all_powers(phase, (a, b));
             let places = [work, dissipated].into_iter().zip(sums);
             places.for_each(|(place, x)| place.into_iter().for_each(|i| y[i] += x));

@@ -56,6 +56,7 @@ pub(super) fn integrate(
     at: impl Fn(&[f64]) -> [DMatrix<f64>; 2],
     y: &mut [f64],
 ) {
+    let Some(rubbed) = layout.rubbed else { return };
     let highest = phase.scale().iter().fold(0.0f64, |m, w| m.max(*w));
     let parts = (2.0 * (b - a) * highest / ANGLE).ceil().max(1.0);
     let h = (b - a) / parts;
@@ -73,7 +74,6 @@ pub(super) fn integrate(
             for (place, power) in [layout.work, layout.dissipated].into_iter().zip(powers) {
                 place.into_iter().for_each(|i| y[i] += weight * power);
             }
-            let Some(rubbed) = layout.rubbed else { continue };
             rates(system, phase, h.as_slice(), |point, rates| {
                 rubbed.add(y, point, &rates, *weight);
             });
