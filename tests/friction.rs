@@ -117,6 +117,30 @@ fn exact_flows_slip_and_stick_as_dormand_prince_does() {
     assert!(sticks > 40 && slips > 40, "{sticks} {slips}");
 }
 
+/// A body pressed against one rough obstacle and drawn along it lies before another without pressure: reactions and accelerations there are rounding errors, and decide
+/// nothing until it is let go.
+#[test]
+fn what_lies_without_pressure_goes_on() {
+    let tables = "[[contact]]\nedge = 'bottom'\ngap = 0.0\nfriction = 0.5\n[[contact]]\nedge = 'top'\ngap = 0.0\nfriction = 1.2\n\
+                  [[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.01, 0.02]\nomega = 1.0\nphase = 0.3\n\
+                  [damping]\nrayleigh = [0.0, 0.01]\n[run]\nuntil = 6.0\n";
+    let scene = scene(&plate(SIZE, tables));
+    let [exact, stepped] = [Integrator::Modal, Integrator::Dop853].map(|i| run_by(&scene, i));
+    let state = |r: &Report| [&r.last.u[..], &r.last.v[..]].concat();
+    assert!(relative(&state(&exact), &state(&stepped)) < 1e-9);
+    // the load lets go where it has no part towards the obstacle
+    let let_go = std::f64::consts::FRAC_PI_2 - 0.3;
+    let of = |r: &Report| -> Vec<(usize, SwitchKind, f64)> {
+        let moving = r.switches.iter().filter(|s| s.t > let_go + 0.1);
+        moving.map(|s| (s.point, s.kind, s.t)).collect()
+    };
+    let (a, b) = (of(&exact), of(&stepped));
+    assert!(a.len() > 20 && a.len() == b.len(), "{} {}", a.len(), b.len());
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a.0, a.1) == (b.0, b.1) && (a.2 - b.2).abs() < 1e-7, "{a:?} {b:?}");
+    }
+}
+
 /// `M ü + C u̇ + K_α u + Σ e r_t = f_α` row by row, with the tractions that files hold: what sticks has no acceleration, what slips is pushed by `σ μ p`.
 #[test]
 fn accelerations_and_tractions_balance() {

@@ -522,6 +522,228 @@ mod tests {
         assert_eq!(s.degenerate, vec![0]);
     }
 
+    /// What is zero to rounding stays where it stands, whichever way it is met; only what has bounds is kept within them.
+    #[test]
+    fn rounding_moves_nothing() {
+        let one = DMatrix::<f64>::identity(2, 2);
+        for touching in [true, false] {
+            let found = solve(&one.clone().into(), &[0.0, -1.0], &[1.0; 2], &[touching, false]);
+            let found = found.unwrap();
+            assert_eq!((found.active, found.pivots), (vec![touching, false], 0));
+        }
+        let bounds = |count, upper| Bounds { count, upper };
+        let within = |q: &[f64], b: Bounds, start: &[Side]| {
+            let sizes: Vec<f64> = q.iter().map(|q| q.abs().max(1.0)).collect();
+            let n = DMatrix::<f64>::identity(q.len(), q.len());
+            solve_between(&n.into(), (q, &sizes), b, start).unwrap()
+        };
+        // the second has no bound, the first is above its own by rounding
+        let found = within(&[1e-17, 2.0], bounds(1, &[]), &[Side::Free; 2]);
+        assert_eq!(found.w, [0.0, -2.0]);
+        // at the bound behind, pressed against it or not, and found free there
+        let pressed = within(&[-3.0], bounds(1, &[2.0]), &[Side::Behind]);
+        assert_eq!((pressed.p, pressed.degenerate), (vec![-1.0], vec![]));
+        for start in [Side::Behind, Side::Free] {
+            let touches = within(&[-2.0], bounds(1, &[2.0]), &[start]);
+            assert_eq!(touches.places, [start]);
+            assert_eq!(touches.degenerate, [(0, Side::Behind)]);
+        }
+    }
+
+    /// Displacements are judged by the pressures that they would make: 1e-10 is much where the stiffness is 1e8.
+    #[test]
+    fn small_displacements_of_stiff_bodies_are_told_apart() {
+        let n: Coupling = DMatrix::from_element(1, 1, 1e8).into();
+        let between = |q: f64, upper: f64, start: Side| {
+            let bounds = Bounds { count: 1, upper: &[upper] };
+            solve_between(&n, (&[q], &[q.abs()]), bounds, &[start]).unwrap()
+        };
+        let free = between(-1e-2, 2e-10, Side::Free);
+        assert_eq!((free.places, free.degenerate), (vec![Side::Free], vec![]));
+        let behind = between(-3e-2, 2e-10, Side::Free);
+        assert_eq!(behind.places, [Side::Behind]);
+        assert!((behind.p[0] + 1e-2).abs() < 1e-15);
+        let front = between(1e-2, 2e-10, Side::Free);
+        assert_eq!((front.places, front.p), (vec![Side::Front], vec![1e-2]));
+    }
+
+    /// All that stand wrong change sides at once; a matrix that is none of ours ends at the limit.
+    #[test]
+    fn pivots_are_few_and_have_a_limit() {
+        let size = 60;
+        let all = solve(
+            &DMatrix::identity(size, size).into(),
+            &vec![-1.0; size],
+            &vec![1.0; size],
+            &vec![true; size],
+        );
+        assert_eq!(all.unwrap().pivots, 1);
+        // an obstacle under a string: the part that touches shrinks from both sides
+        let string = DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
+            0 => 2.0,
+            1 => -1.0,
+            _ => 0.0,
+        });
+        let q: Vec<f64> = (0..size).map(|i| 0.02 * ((i as f64) * 0.11).cos()).collect();
+        let s = solve(&string.clone().into(), &q, &vec![0.02; size], &vec![false; size]).unwrap();
+        assert!(residual(&string, &q, &s.w) < 1e-12 && s.pivots < 12, "{}", s.pivots);
+        let no = DMatrix::from_row_slice(1, 1, &[-1.0]);
+        let limit = Err(LcpError::PivotLimit { pivots: 70 });
+        assert_eq!(solve(&no.into(), &[-1.0], &[1.0], &[false]), limit);
+    }
+
+    #[test]
+    fn the_residual_is_a_displacement() {
+        let n = DMatrix::from_element(1, 1, 4.0);
+        assert_eq!(residual(&n, &[-4.0], &[0.0]), 1.0);
+        assert_eq!(residual(&n, &[-4.0], &[1.5]), 1.5);
+        assert_eq!(residual(&n, &[-4.0], &[1.0]), 0.0);
+    }
+
+    /// `⟨N⟩⁻¹`, and the bounds of gaps and pressures made of it, against a dense inverse; in any unit.
+    #[test]
+    fn comparison_matrices_bound_gaps_and_pressures() {
+        for unit in [1.0f64, 1e10, 1e-10] {
+            let rows = [3.0, -1.0, 0.5, 0.2, 2.0, 0.7, -0.9, 0.3, 4.0].map(|x: f64| x * unit);
+            let n = DMatrix::from_row_slice(3, 3, &rows);
+            let dense = DMatrix::from_fn(3, 3, |i, j| match i == j {
+                true => n[(i, i)],
+                false => -n[(i, j)].abs(),
+            });
+            let inverse = dense.try_inverse().unwrap();
+            let coupling = Coupling::from(n.clone());
+            let comparison = ComparisonMatrix::of(&coupling).unwrap();
+            let x = nalgebra::DVector::from_column_slice(&[1.0, 2.0, 5.0]);
+            let near = |a: &[f64], b: &nalgebra::DVector<f64>| {
+                a.len() == 3 && a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 1e-13)
+            };
+            assert!(near(&comparison.solve(x.as_slice().to_vec()), &(&inverse * &x)));
+            let transposed = comparison.solve_transposed(x.as_slice().to_vec());
+            assert!(near(&transposed, &(inverse.transpose() * &x)));
+            let [gap, pressure] = comparison.follow(&coupling, x.as_slice().to_vec());
+            let gaps = &inverse * &x;
+            let of_others = |i: usize| {
+                let others = (0..3).filter(|j| *j != i);
+                others.map(|j| n[(i, j)].abs() * gaps[j]).sum::<f64>()
+            };
+            let pressures = nalgebra::DVector::from_fn(3, |i, _| x[i] + of_others(i));
+            assert!(near(&gap, &gaps) && near(&pressure, &pressures));
+        }
+        for diagonal in [0.0, -1.0] {
+            let no = DMatrix::from_row_slice(2, 2, &[diagonal, 0.0, 0.0, 1.0]);
+            assert!(ComparisonMatrix::of(&no.into()).is_none());
+        }
+        let ruled = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 1.0, 1.0]);
+        assert!(ComparisonMatrix::of(&ruled.into()).is_none());
+    }
+
+    /// In any unit, rows scaled or not, small and large.
+    #[test]
+    fn what_a_matrix_is_knows_no_units() {
+        let block =
+            |rows: [f64; 4], unit: f64| DMatrix::from_row_slice(2, 2, &rows.map(|x| x * unit));
+        for unit in [1e-10, 1.0, 1e10] {
+            let of = |rows, scale: &[f64]| p_matrix(&block(rows, unit).into(), scale);
+            assert_eq!(of([1.0, -3.0, 0.0, 1.0], &[1.0; 2]), PMatrix::HMatrix);
+            assert_eq!(of([1.0, -3.0, 0.5, 1.0], &[1.0; 2]), PMatrix::Minors);
+            // definite once its rows are scaled
+            assert_eq!(of([1.0, 0.9, 0.9e-4, 1e-4], &[1.0, 1e4]), PMatrix::PositiveDefinite);
+            assert_eq!(of([1.0, 0.9, 0.9, 1.0], &[1.0, 1e-4]), PMatrix::PositiveDefinite);
+            // singular but for rounding
+            let near = 1.0 - 1e-14;
+            let singular = of([1.0, near, near, 1.0], &[1.0; 2]);
+            assert!(matches!(singular, PMatrix::NotShown { .. }), "{unit}");
+        }
+        let of_blocks = |count: usize| {
+            let inner = block([1.0, -3.0, 0.5, 1.0], 1.0);
+            DMatrix::from_fn(2 * count, 2 * count, |i, j| match i / 2 == j / 2 {
+                true => inner[(i % 2, j % 2)],
+                false => 0.0,
+            })
+        };
+        assert_eq!(p_matrix(&of_blocks(7).into(), &[1.0; 14]), PMatrix::Minors);
+        assert!(matches!(p_matrix(&of_blocks(8).into(), &[1.0; 16]), PMatrix::NotShown { .. }));
+    }
+
+    /// The same of large matrices that are mostly zero.
+    #[test]
+    fn sparse_matrices_are_told_apart() {
+        let size = 80;
+        let band = |below: f64, diagonal: &dyn Fn(usize) -> f64, above: f64| {
+            let row = |i: usize| {
+                let below = i.checked_sub(1).map(|j| (i, j, below * diagonal(i)));
+                let above = (i + 1 < size).then(|| (i, i + 1, above * diagonal(i)));
+                [Some((i, i, diagonal(i))), below, above].into_iter().flatten()
+            };
+            Coupling::from(Csr::from_triplets(size, size, (0..size).flat_map(row).collect()))
+        };
+        let even = |_: usize| 3.0;
+        let steep = |i: usize| if i.is_multiple_of(2) { 3.0 } else { 3e-4 };
+        let ones = vec![1.0; size];
+        let areas: Vec<f64> = (0..size).map(|i| 3.0 / steep(i)).collect();
+        let definite = band(0.49, &even, 0.49);
+        assert!(definite.is_sparse());
+        assert_eq!(p_matrix(&definite, &ones), PMatrix::PositiveDefinite);
+        assert_eq!(p_matrix(&definite, &areas), PMatrix::PositiveDefinite);
+        // one below the margin: 2 cos(π/81)·½ leaves 8e-4 of the diagonal; more than half leaves nothing
+        assert_eq!(p_matrix(&band(0.5, &even, 0.5), &ones), PMatrix::PositiveDefinite);
+        assert!(matches!(p_matrix(&band(0.51, &even, 0.51), &ones), PMatrix::NotShown { .. }));
+        assert_eq!(p_matrix(&band(0.49, &steep, 0.49), &areas), PMatrix::PositiveDefinite);
+        // no symmetric part is definite
+        let row = |i: usize| {
+            let above = i.is_multiple_of(2).then(|| (i, i + 1, -9.0));
+            [Some((i, i, 3.0)), above].into_iter().flatten()
+        };
+        let ruled = Csr::from_triplets(size, size, (0..size).flat_map(row).collect());
+        assert_eq!(p_matrix(&ruled.into(), &ones), PMatrix::HMatrix);
+        // the row that its diagonal rules least
+        let weak = |i: usize| if i == 33 { 3.0 } else { 1.0 };
+        let row = |i: usize| {
+            let others = [i.checked_sub(1), (i + 1 < size).then_some(i + 1)];
+            let beside = others.into_iter().flatten().map(move |j| (i, j, 0.7 * weak(i)));
+            beside.chain([(i, i, 1.0)])
+        };
+        let entries = (0..size).flat_map(row).collect();
+        let no = Coupling::from(Csr::from_triplets(size, size, entries));
+        assert_eq!(p_matrix(&no, &ones), PMatrix::NotShown { index: 33 });
+    }
+
+    /// Bounds in closed form: each of them where the others have none.
+    #[test]
+    fn couplings_are_bounded_as_in_closed_form() {
+        let size = 12;
+        // 2 + ½ off the diagonal: ‖off‖ = 5.5, the least eigenvalue 1.5; no H-matrix
+        let full = DMatrix::from_fn(size, size, |i, j| if i == j { 2.0 } else { 0.5 });
+        let ones = vec![1.0; size];
+        let scaled =
+            |f: &dyn Fn(usize) -> f64| DMatrix::from_fn(size, size, |i, j| f(i) * full[(i, j)]);
+        let steep = |i: usize| 10f64.powi(i as i32 % 4);
+        let inverse: Vec<f64> = (0..size).map(|i| 1.0 / steep(i)).collect();
+        for (n, scale) in
+            [(full.clone(), &ones), (scaled(&steep), &ones), (scaled(&steep), &inverse)]
+        {
+            let bound = coupling_bound(&n.into(), scale);
+            assert!((bound / (5.5 / 1.5) - 1.0).abs() < 1e-12, "{bound}");
+        }
+        // triangular: ⟨N⟩⁻¹ is a finite sum of powers, no symmetric part is definite
+        let off = DMatrix::from_fn(size, size, |i, j| if j == i + 1 { 3.0 } else { 0.0 });
+        let n = DMatrix::identity(size, size) - &off;
+        let (mut sum, mut power) = (DMatrix::<f64>::identity(size, size), off.clone());
+        while power.norm() > 0.0 {
+            sum += &power;
+            power *= &off;
+        }
+        let bound = coupling_bound(&n.into(), &ones);
+        assert!((bound / (sum * &off).singular_values().max() - 1.0).abs() < 1e-12, "{bound}");
+        // neither
+        let no = DMatrix::from_fn(size, size, |i, j| if i == j { 1.0 } else { 2.0 });
+        assert_eq!(coupling_bound(&no.into(), &ones), f64::INFINITY);
+        // few points: all sets, not a bound of them
+        let few = full.view((0, 0), (10, 10)).into_owned();
+        let bound = coupling_bound(&few.into(), &ones[..10]);
+        assert!(bound < 0.9 * 4.5 / 1.5, "{bound}");
+    }
+
     #[test]
     fn p_matrices_are_told_from_others() {
         assert_eq!(p_matrix(&DMatrix::identity(3, 3).into(), &[1.0; 3]), PMatrix::PositiveDefinite);

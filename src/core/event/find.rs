@@ -243,6 +243,179 @@ mod tests {
 
     const RESOLUTION: f64 = 1e-15;
 
+    /// Sums of sines and a constant, enclosed by cubic interpolants with their proved errors.
+    struct Waves(Vec<(f64, Vec<[f64; 3]>)>, std::cell::Cell<usize>);
+
+    impl Waves {
+        fn value(&self, index: usize, t: f64) -> f64 {
+            let (c, waves) = &self.0[index];
+            c + waves.iter().map(|[a, w, p]| a * (w * t + p).sin()).sum::<f64>()
+        }
+
+        fn rate(&self, index: usize, t: f64) -> f64 {
+            self.0[index].1.iter().map(|[a, w, p]| a * w * (w * t + p).cos()).sum()
+        }
+    }
+
+    impl Flow for Waves {
+        fn begin(&mut self, _: &Phase, _: f64, _: &[f64]) {}
+        fn advance(&mut self, _: &Phase, _: f64) -> Result<(), FlowError> {
+            Ok(())
+        }
+        fn cut(&mut self, _: &Phase, _: f64) {}
+        fn window(&self) -> (f64, f64) {
+            (0.0, 1.0)
+        }
+        fn end_state(&mut self) -> &[f64] {
+            &[]
+        }
+        fn state(&self, _: f64, _: &mut [f64]) {}
+        fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
+            self.1.set(self.1.get() + 1);
+            let at = |t: f64| (self.value(index, t), self.rate(index, t));
+            let fourth = self.0[index].1.iter().map(|[a, w, _]| a.abs() * w.powi(4)).sum();
+            Enclosure::hermite(at(a), at(b), b - a, fourth)
+        }
+        fn counters(&self) -> Counters {
+            Counters::default()
+        }
+        fn name(&self) -> &'static str {
+            "waves"
+        }
+    }
+
+    fn waves(case: usize) -> Waves {
+        let random = |k: usize| {
+            let x = (12.9898 * (case * 31 + k) as f64).sin() * 43758.5453;
+            2.0 * (x - x.floor()) - 1.0
+        };
+        let wave =
+            |k: usize| [random(3 * k), 4.0 + 3.5 * random(3 * k + 1), 3.0 * random(3 * k + 2)];
+        let monitor =
+            |m: usize| (0.9 + 0.6 * random(90 + m), (0..4).map(|k| wave(7 * m + k)).collect());
+        Waves((0..2).map(monitor).collect(), 0.into())
+    }
+
+    /// The first instant below zero of all monitors, by looking at twenty thousand of them; none where one comes so near to zero that these cannot tell.
+    fn first_below(flow: &Waves, (a, b): (f64, f64)) -> Option<Option<(usize, f64)>> {
+        const INSTANTS: usize = 20_000;
+        let at = |k: usize| a + (b - a) * k as f64 / INSTANTS as f64;
+        for k in 0..=INSTANTS {
+            for index in 0..flow.0.len() {
+                let h = flow.value(index, at(k));
+                if h < 0.0 && k == 0 {
+                    return Some(Some((index, a)));
+                }
+                if h < 0.0 {
+                    let (mut above, mut below) = (at(k - 1), at(k));
+                    for _ in 0..60 {
+                        let t = 0.5 * (above + below);
+                        if flow.value(index, t) > 0.0 { above = t } else { below = t }
+                    }
+                    return Some(Some((index, below)));
+                }
+                if h < 1e-6 {
+                    return None;
+                }
+            }
+        }
+        Some(None)
+    }
+
+    #[test]
+    fn crossings_of_waves_are_those_of_a_dense_walk() {
+        let (mut found, mut none) = (0, 0);
+        for case in 0..300 {
+            let flow = waves(case);
+            let window = (0.3, 0.8 + 0.01 * (case % 70) as f64);
+            let Some(expected) = first_below(&flow, window) else { continue };
+            let root = earliest(&flow, &[1e-15; 2], window, RESOLUTION);
+            match (root, expected) {
+                (Some(root), Some((index, t))) => {
+                    assert_eq!(root.index, index, "case {case}");
+                    assert!((root.t - t).abs() < 1e-11 && !root.tangent, "{case}: {root:?} {t}");
+                    found += 1;
+                }
+                (None, None) => none += 1,
+                other => panic!("case {case}: {other:?}"),
+            }
+        }
+        assert!(found > 100 && none > 50, "{found} {none}");
+    }
+
+    /// The least minimum inside of a window below a level, and none that is an end.
+    #[test]
+    fn near_misses_of_waves_are_those_of_a_dense_walk() {
+        let (mut found, mut none) = (0, 0);
+        for case in 0..300 {
+            let (flow, level) = (waves(case), 0.4);
+            let (a, b) = (0.3, 1.3 + 0.02 * (case % 70) as f64);
+            let at = |k: usize| a + (b - a) * k as f64 / 4000.0;
+            let h: Vec<f64> = (0..=4000).map(|k| flow.value(0, at(k))).collect();
+            let inner = (1..4000).filter(|&k| h[k] <= h[k - 1] && h[k] < h[k + 1] && h[k] < level);
+            let least = inner.min_by(|&i, &j| h[i].total_cmp(&h[j]));
+            match (near_miss(&flow, 0, level, (a, b), 1e-9), least) {
+                (Some((t, value)), Some(k)) => {
+                    let near = (t - at(k)).abs() <= 1.01 * (b - a) / 4000.0;
+                    assert!(near && (value - h[k]).abs() < 1e-3, "case {case}: {t} {}", at(k));
+                    assert!((value - flow.value(0, t)).abs() < 1e-12);
+                    found += 1;
+                }
+                (None, None) => none += 1,
+                // at the very ends samples see less than the search
+                (Some((t, _)), None) => {
+                    assert!(t - a < 1e-3 || b - t < 1e-3, "case {case}: {t}");
+                }
+                (None, Some(k)) => panic!("case {case}: {}", at(k)),
+            }
+        }
+        assert!(found > 80 && none > 50, "{found} {none}");
+    }
+
+    /// A monitor is below zero where it falls below the rounding error of its values, and its switch is where it passes zero, if it was above.
+    #[test]
+    fn slack_is_no_crossing_and_moves_none_that_was_above() {
+        let one = |c: &[f64]| Given(vec![Bernstein::new(c)], [0.0; 2]);
+        let slack = 2f64.powi(-10);
+        let found = |c: &[f64]| earliest(&one(c), &[slack], (0.0, 1.0), RESOLUTION);
+        // ends within it, begins within it and rises, begins at its end and rises
+        assert_eq!(found(&[1.0, 0.5, -0.5 * slack]), None);
+        assert_eq!(found(&[1.0, 0.5, -slack]), None);
+        assert_eq!(found(&[-0.5 * slack, 0.5, 1.0]), None);
+        assert_eq!(found(&[-slack, 0.5, 1.0]), None);
+        // below it from the beginning
+        let root = found(&[-2.0 * slack, 0.5, 1.0]).unwrap();
+        assert!(root.t == 0.0 && !root.tangent);
+        // falls from above, and from zero
+        let root = found(&[0.5, 0.0, -0.5]).unwrap();
+        assert!((root.t - 0.5).abs() < 1e-14 && !root.tangent, "{root:?}");
+        let root = found(&[0.0, -0.25, -1.0]).unwrap();
+        // −t/2 − t²/2 = −slack
+        let exact = -0.5 + (0.25 + 2.0 * slack).sqrt();
+        assert!((root.t - exact).abs() < 1e-14, "{root:?} {exact}");
+    }
+
+    /// What stays undecided at the resolution is a tangency there.
+    #[test]
+    fn a_touch_is_told_to_the_resolution() {
+        let flow = Given(vec![parabola(0.5, 0.5, 0.0)], [0.0; 2]);
+        let root = earliest(&flow, &[0.0], (0.0, 1.0), 0.1).unwrap();
+        assert!(root.t == 0.46875 && root.tangent, "{root:?}");
+        let off = Given(vec![parabola(0.3, 0.3, 0.0)], [0.0; 2]);
+        let root = earliest(&off, &[0.0], (0.0, 1.0), 0.0).unwrap();
+        assert!((root.t - 0.3).abs() < 1e-7, "{root:?}");
+    }
+
+    /// A root of a smooth monitor takes no bisection.
+    #[test]
+    fn a_root_costs_a_few_values() {
+        let flow = Waves(vec![(0.2, vec![[1.0, 1.1, 1.6]])], 0.into());
+        let root = earliest(&flow, &[1e-16], (1.2, 1.9), RESOLUTION).unwrap();
+        let exact = (std::f64::consts::PI + 0.2f64.asin() - 1.6) / 1.1;
+        assert!((root.t - exact).abs() < 4e-16, "{} {exact}", root.t);
+        assert!(flow.1.get() < 16, "{}", flow.1.get());
+    }
+
     #[test]
     fn two_roots_in_one_step_are_not_missed() {
         // both ends positive: a test of signs at the ends sees nothing

@@ -24,6 +24,18 @@ const STILL: f64 = 1e-9;
 /// Rounding errors of a velocity, of an acceleration and of a reaction, over their sizes.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
+/// What pivoting knows besides the states.
+struct Pivoted<'a> {
+    /// What has broken loose by its rate.
+    loose: &'a [bool],
+    /// Acceleration of the forces that stuck points take.
+    of_forces: f64,
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0f64, |m, x| m.max(x.abs()))
+}
+
 impl Surface<'_> {
     /// The decision with the states along the tangents put in; `trigger` is the monitor along a tangent that reached zero.
     pub(super) fn rub(
@@ -33,7 +45,7 @@ impl Surface<'_> {
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
         let Some(tangents) = self.system.tangents() else { return Ok(decision) };
-        let size = self.v_o.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let size = largest(self.v_o);
         // where one comes to rest others may, within what an instant is known to
         let slows = match trigger {
             Some((_, MonitorKind::Slip)) => self.acceleration(self.phase, scratch),
@@ -90,8 +102,7 @@ impl Surface<'_> {
         let found = trigger.filter(|t| t.0 == point).map(|t| t.1);
         if found == Some(MonitorKind::Slip) {
             // it comes to rest, or its velocity only touches zero
-            let largest = slows.iter().fold(0.0f64, |m, a| m.max(a.abs()));
-            let goes_on = sigma * slider.along(slows) > LOOSE * largest;
+            let goes_on = sigma * slider.along(slows) > LOOSE * largest(slows);
             return if goes_on { PointState::of_slip(sigma) } else { PointState::Stick };
         }
         // of several sliders that come to rest at one instant each ends by itself
@@ -117,9 +128,15 @@ impl Surface<'_> {
     ) -> Result<States, ClassifyError> {
         // what has broken loose by its rate, and stays so
         let mut loose = vec![false; points.len()];
+        // accelerations that are but what cancelled forces leave by rounding decide nothing: where it goes round in circles, their sizes are asked for
+        let mut of_forces = 0.0;
         for round in 0..TOGETHER + 8 * points.len() {
+            if round == TOGETHER {
+                of_forces = self.unhindered(set.clone(), points, scratch);
+            }
             let phase = self.system.phase(&set);
-            let moves = self.violations(&phase, points, trigger, &loose, scratch);
+            let known = Pivoted { loose: &loose, of_forces };
+            let moves = self.violations(&phase, points, trigger, &known, scratch);
             let few = if round < TOGETHER { moves.len() } else { moves.len().min(1) };
             if few == 0 {
                 return Ok(set);
@@ -132,21 +149,26 @@ impl Surface<'_> {
         Err(ClassifyError::Unresolved { t: self.t, nodes: points.to_vec() })
     }
 
+    /// The largest acceleration where all of the points slip.
+    fn unhindered(&self, mut set: States, points: &[usize], scratch: &mut Scratch) -> f64 {
+        points.iter().for_each(|i| set.set(*i, PointState::SlipPlus));
+        largest(&self.acceleration(&self.system.phase(&set), scratch))
+    }
+
     /// The points that leave their state: place in the list, whereto, and whether a rate decides that.
     fn violations(
         &self,
         phase: &Phase,
         points: &[usize],
         trigger: Option<(usize, MonitorKind)>,
-        loose: &[bool],
+        known: &Pivoted,
         scratch: &mut Scratch,
     ) -> Vec<(usize, PointState, bool)> {
         let a = self.acceleration(phase, scratch);
-        let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         // accelerations of the body's own forces: of one that rests there are no others
         let units = &self.system.units;
         let own = units.frequency * largest(self.v_o).max(units.frequency * largest(self.u_o));
-        let scale = largest(&a).max(own);
+        let scale = largest(&a).max(own).max(known.of_forces);
         let blur = ROUNDING * scale;
         let h = phase.monitor_values(self.t, self.u_o, self.v_o);
         let rates = phase.monitor_rates(self.t, self.v_o, &a);
@@ -159,7 +181,7 @@ impl Surface<'_> {
             if let Some(sigma) = state.slip() {
                 let along = sigma * tangent.along(&a);
                 // what broke loose by its rate starts without an acceleration
-                let stays = if loose[k] { along >= -LOOSE * scale } else { along > blur };
+                let stays = if known.loose[k] { along >= -LOOSE * scale } else { along > blur };
                 if !stays {
                     moves.push((k, PointState::Stick, false));
                 }

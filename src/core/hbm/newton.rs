@@ -9,8 +9,9 @@
 //! (Woodbury): exact, with `r` unknowns a function; `ĉ − Ĝ n` is what the open body answers ([`Receptance`]). Where forces of friction are unknowns, `N(y, n)`, the matrix has
 //! `−∂N/∂n` and the right-hand side `−∂N/∂n n` besides, and the positions of rigid motions are unknowns too.
 
-use faer::Mat;
-use faer::linalg::solvers::Solve;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::{Mat, Par};
 
 use super::HbmError;
 use super::balance::{Balance, Quadrature};
@@ -47,6 +48,9 @@ impl Default for Settings {
     }
 }
 
+/// Where a residual was below this, the step behind it ends at rounding errors: it is quadratic there.
+const LAST: f64 = 1e-7;
+
 /// Newton's method with steps that are shortened where the residual would grow. Returns the last iterate and the number of steps.
 pub(super) fn damped<I>(
     start: I,
@@ -74,7 +78,8 @@ pub(super) fn damped<I>(
         });
         let Some(next) = next else { break };
         at = next;
-        if size(&at) <= settings.tolerance && size(&at) > 0.1 * now {
+        let falls = size(&at) <= 0.1 * now && now > LAST;
+        if size(&at) <= settings.tolerance && !falls {
             break;
         }
     }
@@ -120,6 +125,21 @@ pub(super) fn jacobian(receptance: &Receptance, balance: &Balance) -> Mat<f64> {
     }
 }
 
+/// `A⁻¹ b`, in the place of both.
+fn solved(mut a: Mat<f64>, mut b: Mat<f64>) -> Mat<f64> {
+    let n = a.nrows();
+    let (mut forth, mut back) = (vec![0usize; n], vec![0usize; n]);
+    let of_factor = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default());
+    let of_solution = solve::solve_in_place_scratch::<usize, f64>(n, b.ncols(), Par::Seq);
+    let mut memory = MemBuffer::new(of_factor.or(of_solution));
+    let stack = MemStack::new(&mut memory);
+    let places = (&mut forth[..], &mut back[..]);
+    let (_, rows) =
+        factor::lu_in_place(a.as_mut(), places.0, places.1, Par::Seq, stack, Default::default());
+    solve::solve_in_place(a.as_ref(), a.as_ref(), rows, b.as_mut(), Par::Seq, stack);
+    b
+}
+
 /// The interface terms of the next iterate, `(I + N′Ĝ − ∂N/∂n) n = N + N′(ĉ − y) − ∂N/∂n n`; `last` are those of this one, of which a guess has none.
 pub(super) fn condensed(
     receptance: &Receptance,
@@ -130,7 +150,7 @@ pub(super) fn condensed(
         return balance.n.clone();
     }
     let a = jacobian(receptance, balance);
-    let solution = a.partial_piv_lu().solve(&right(receptance, (y, last), balance));
+    let solution = solved(a, right(receptance, (y, last), balance));
     let mut n = balance.n.clone();
     n.a.iter_mut().enumerate().for_each(|(i, n)| *n = solution[(i, 0)]);
     n
