@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: c counts coverage notebooks crack-depth release help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
+.PHONY: c counts coverage mutants notebooks crack-depth release help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -21,6 +21,7 @@ help:
 	@echo 'make bench     benchmarks'
 	@echo 'make counts    instructions of whole commands against those of the last release (valgrind)'
 	@echo 'make coverage  how much of the code the suite runs through (docs/reference/coverage.md); half an hour'
+	@echo 'make mutants   operators of the central decisions changed one by one: which changes no unit test of the core notices (docs/reference/mutants.md); an hour'
 	@echo 'make peers     what signorini precision --peer scipy, sundials and diffsol need: SciPy into .venv, two small programs (make check-peers compares them)'
 	@echo 'make docs      the documentation as a site into target/site/, without a warning; the pages of commands and keys are written anew'
 	@echo 'make study-slurm  a study as a job array on a Slurm of one node that is started for it (Debian: slurm-wlm, munge; root); skipped loudly elsewhere'
@@ -104,6 +105,11 @@ counts: build
 # how much of the code the suite runs through: docs/reference/coverage.md; half an hour, rustup component add llvm-tools
 coverage: setup
 	python3 .ci/coverage.py
+
+# which changed operators no unit test of the core notices: docs/reference/mutants.md; MUTANTS='lcp find' make mutants: of these files alone
+mutants: setup
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check tree-sitter==0.26.1 tree-sitter-rust==0.24.2
+	.venv/bin/python -u .ci/mutants.py $(or $(MUTANTS),--page)
 
 # needs a C compiler; SUNDIALS is taken from the distribution's packages, unpacked below target/ where it is not installed
 peers: build

@@ -596,7 +596,7 @@ mod tests {
     fn the_residual_is_a_displacement() {
         let n = DMatrix::from_element(1, 1, 4.0);
         assert_eq!(residual(&n, &[-4.0], &[0.0]), 1.0);
-        assert_eq!(residual(&n, &[-4.0], &[1.5]), 1.5);
+        assert_eq!(residual(&n, &[-4.0], &[1.5]), 0.5);
         assert_eq!(residual(&n, &[-4.0], &[1.0]), 0.0);
     }
 

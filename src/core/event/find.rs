@@ -343,33 +343,40 @@ mod tests {
         assert!(found > 100 && none > 50, "{found} {none}");
     }
 
-    /// The least minimum inside of a window below a level, and none that is an end.
+    /// The least minimum inside of a window where it lies below the level, and none that is an end. Windows are short, as those of flows: what an enclosure cannot tell from a monitor
+    /// at rest is not looked into.
     #[test]
     fn near_misses_of_waves_are_those_of_a_dense_walk() {
-        let (mut found, mut none) = (0, 0);
-        for case in 0..300 {
-            let (flow, level) = (waves(case), 0.4);
-            let (a, b) = (0.3, 1.3 + 0.02 * (case % 70) as f64);
+        let (mut found, mut none, level) = (0, 0, 1e-5);
+        for case in 0..600 {
+            let mut flow = waves(case);
+            let (a, b) = (0.3, 0.4 + 0.001 * (case % 70) as f64);
             let at = |k: usize| a + (b - a) * k as f64 / 4000.0;
             let h: Vec<f64> = (0..=4000).map(|k| flow.value(0, at(k))).collect();
-            let inner = (1..4000).filter(|&k| h[k] <= h[k - 1] && h[k] < h[k + 1] && h[k] < level);
-            let least = inner.min_by(|&i, &j| h[i].total_cmp(&h[j]));
-            match (near_miss(&flow, 0, level, (a, b), 1e-9), least) {
-                (Some((t, value)), Some(k)) => {
-                    let near = (t - at(k)).abs() <= 1.01 * (b - a) / 4000.0;
-                    assert!(near && (value - h[k]).abs() < 1e-3, "case {case}: {t} {}", at(k));
-                    assert!((value - flow.value(0, t)).abs() < 1e-12);
-                    found += 1;
-                }
-                (None, None) => none += 1,
-                // at the very ends samples see less than the search
-                (Some((t, _)), None) => {
-                    assert!(t - a < 1e-3 || b - t < 1e-3, "case {case}: {t}");
-                }
-                (None, Some(k)) => panic!("case {case}: {}", at(k)),
+            let inner = (1..4000).filter(|&k| h[k] <= h[k - 1] && h[k] < h[k + 1]);
+            let Some(k) = inner.min_by(|&i, &j| h[i].total_cmp(&h[j])) else {
+                assert_eq!(near_miss(&flow, 0, 9.0, (a, b), 1e-9), None, "case {case}");
+                none += 1;
+                continue;
+            };
+            let whole = flow.enclose(0, a, b);
+            if whole.polynomial.max() - whole.polynomial.min() < 4.0 * whole.error {
+                continue;
+            }
+            for (height, is_near) in [(1e-6, true), (2e-5, false)] {
+                flow.0[0].0 += height - flow.value(0, at(k));
+                let miss = near_miss(&flow, 0, level, (a, b), 1e-9);
+                let Some((t, value)) = miss.filter(|_| is_near) else {
+                    assert!(!is_near && miss.is_none(), "case {case}: {miss:?}");
+                    continue;
+                };
+                let near = (t - at(k)).abs() <= 1.01 * (b - a) / 4000.0;
+                assert!(near && (value - height).abs() < 1e-6, "case {case}: {t} {value}");
+                assert!((value - flow.value(0, t)).abs() < 1e-12, "case {case}");
+                found += 1;
             }
         }
-        assert!(found > 80 && none > 50, "{found} {none}");
+        assert!(found > 20 && none > 100, "{found} {none}");
     }
 
     /// A monitor is below zero where it falls below the rounding error of its values, and its switch is where it passes zero, if it was above.
