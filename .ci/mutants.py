@@ -1,14 +1,14 @@
 """Mutation testing of the numerics' decisions with their own unit tests: which changed operators no test notices.
 
-    python3 .ci/mutants.py                     all files of FILES below; a table into docs/reference/mutants.md with --page
+    python3 .ci/mutants.py                     all files of FILES; --page writes docs/reference/mutants.md
     python3 .ci/mutants.py lcp saltation       those whose paths contain one of the words
     python3 .ci/mutants.py --list              the mutants, none run
 
-All mutants of a file are compiled into one test program (a copy of the core below target/mutants): every operator stands
-there beside what it is mistaken for, `a < b` as `if mutant(7) { a <= b } else { a < b }`, and a variable of the
-environment says which one is wrong. So a mutant costs the tests that it is tried with, and no build. First the tests of
-its own module are run, then, if these let it live, all of the core. A mutant is killed by a test that fails or takes ten
-times as long. What differs only where two numbers are equal to the last bit (`<` for `<=`) is counted apart; mutants that
+All mutants are compiled into one test program (a copy of the core below target/mutants): every operator stands there
+beside what it is mistaken for, `a < b` as `if mutant(7) { a <= b } else { a < b }`, and a variable of the environment
+says which one is wrong. So a mutant costs the tests that it is tried with, and no build. First the tests of its own
+module are run, then, if these let it live, all of the core. A mutant is killed by a test that fails or takes ten times
+as long. What differs only where two numbers are equal to the last bit (`<` for `<=`) is counted apart; mutants that
 compute the same, or the same at more cost, stand in `.ci/mutants.toml`, each with its reason.
 """
 

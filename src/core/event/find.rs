@@ -189,10 +189,10 @@ mod tests {
     use crate::contact::Phase;
     use crate::flow::{Counters, Enclosure, FlowError};
 
-    /// Monitors given as polynomials on [0, 1], with errors of values and slopes.
-    struct Given(Vec<Bernstein>, [f64; 2]);
+    /// A flow of which monitors alone are known, by their enclosures.
+    struct Given<F>(F);
 
-    impl Flow for Given {
+    impl<F: Fn(usize, f64, f64) -> Enclosure> Flow for Given<F> {
         fn begin(&mut self, _: &Phase, _: f64, _: &[f64]) {}
         fn advance(&mut self, _: &Phase, _: f64) -> Result<(), FlowError> {
             Ok(())
@@ -206,9 +206,7 @@ mod tests {
         }
         fn state(&self, _: f64, _: &mut [f64]) {}
         fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
-            let polynomial = self.0[index].restrict(a, b);
-            let [error, slope_error] = self.1;
-            Enclosure { polynomial, error, slope_error }
+            self.0(index, a, b)
         }
         fn counters(&self) -> Counters {
             Counters::default()
@@ -218,10 +216,21 @@ mod tests {
         }
     }
 
+    /// Polynomials on [0, 1], with errors of values and slopes.
+    fn given(
+        monitors: Vec<Bernstein>,
+        [error, slope_error]: [f64; 2],
+    ) -> Given<impl Fn(usize, f64, f64) -> Enclosure> {
+        Given(move |index: usize, a: f64, b: f64| {
+            let polynomial = monitors[index].restrict(a, b);
+            Enclosure { polynomial, error, slope_error }
+        })
+    }
+
     /// A monitor at rest near its obstacle ends the search: bodies that touch while nothing moves them.
     #[test]
     fn what_rests_is_no_near_miss() {
-        let still = Given(vec![Bernstein::new(&[1e-16, -1e-16, 1e-16])], [1e-15, 1e-12]);
+        let still = given(vec![Bernstein::new(&[1e-16, -1e-16, 1e-16])], [1e-15, 1e-12]);
         assert_eq!(near_miss(&still, 0, 1e-9, (0.0, 1.0), 1e-14), None);
     }
 
@@ -230,7 +239,7 @@ mod tests {
     fn what_is_flat_to_rounding_ends_the_search() {
         let flat =
             parabola(0.5, 0.5, 0.0).coefficients().iter().map(|c| 1e-9 * c).collect::<Vec<_>>();
-        let slow = Given(vec![Bernstein::new(&flat)], [1e-15, 1e-12]);
+        let slow = given(vec![Bernstein::new(&flat)], [1e-15, 1e-12]);
         let (t, h) = near_miss(&slow, 0, 1e-12, (0.0, 1.0), 1e-14).unwrap();
         assert!((t - 0.5).abs() < 3e-3 && h.abs() < 1e-14, "{t} {h}");
     }
@@ -243,7 +252,7 @@ mod tests {
 
     const RESOLUTION: f64 = 1e-15;
 
-    /// Sums of sines and a constant, enclosed by cubic interpolants with their proved errors.
+    /// Sums of sines and a constant, enclosed by cubic interpolants with their proved errors, and how often that was asked for.
     struct Waves(Vec<(f64, Vec<[f64; 3]>)>, std::cell::Cell<usize>);
 
     impl Waves {
@@ -255,32 +264,16 @@ mod tests {
         fn rate(&self, index: usize, t: f64) -> f64 {
             self.0[index].1.iter().map(|[a, w, p]| a * w * (w * t + p).cos()).sum()
         }
-    }
 
-    impl Flow for Waves {
-        fn begin(&mut self, _: &Phase, _: f64, _: &[f64]) {}
-        fn advance(&mut self, _: &Phase, _: f64) -> Result<(), FlowError> {
-            Ok(())
-        }
-        fn cut(&mut self, _: &Phase, _: f64) {}
-        fn window(&self) -> (f64, f64) {
-            (0.0, 1.0)
-        }
-        fn end_state(&mut self) -> &[f64] {
-            &[]
-        }
-        fn state(&self, _: f64, _: &mut [f64]) {}
         fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
             self.1.set(self.1.get() + 1);
             let at = |t: f64| (self.value(index, t), self.rate(index, t));
             let fourth = self.0[index].1.iter().map(|[a, w, _]| a.abs() * w.powi(4)).sum();
             Enclosure::hermite(at(a), at(b), b - a, fourth)
         }
-        fn counters(&self) -> Counters {
-            Counters::default()
-        }
-        fn name(&self) -> &'static str {
-            "waves"
+
+        fn flow(&self) -> Given<impl Fn(usize, f64, f64) -> Enclosure> {
+            Given(|index: usize, a: f64, b: f64| self.enclose(index, a, b))
         }
     }
 
@@ -329,7 +322,7 @@ mod tests {
             let flow = waves(case);
             let window = (0.3, 0.8 + 0.01 * (case % 70) as f64);
             let Some(expected) = first_below(&flow, window) else { continue };
-            let root = earliest(&flow, &[1e-15; 2], window, RESOLUTION);
+            let root = earliest(&flow.flow(), &[1e-15; 2], window, RESOLUTION);
             match (root, expected) {
                 (Some(root), Some((index, t))) => {
                     assert_eq!(root.index, index, "case {case}");
@@ -355,7 +348,7 @@ mod tests {
             let h: Vec<f64> = (0..=4000).map(|k| flow.value(0, at(k))).collect();
             let inner = (1..4000).filter(|&k| h[k] <= h[k - 1] && h[k] < h[k + 1]);
             let Some(k) = inner.min_by(|&i, &j| h[i].total_cmp(&h[j])) else {
-                assert_eq!(near_miss(&flow, 0, 9.0, (a, b), 1e-9), None, "case {case}");
+                assert_eq!(near_miss(&flow.flow(), 0, 9.0, (a, b), 1e-9), None, "case {case}");
                 none += 1;
                 continue;
             };
@@ -365,7 +358,7 @@ mod tests {
             }
             for (height, is_near) in [(1e-6, true), (2e-5, false)] {
                 flow.0[0].0 += height - flow.value(0, at(k));
-                let miss = near_miss(&flow, 0, level, (a, b), 1e-9);
+                let miss = near_miss(&flow.flow(), 0, level, (a, b), 1e-9);
                 let Some((t, value)) = miss.filter(|_| is_near) else {
                     assert!(!is_near && miss.is_none(), "case {case}: {miss:?}");
                     continue;
@@ -382,7 +375,7 @@ mod tests {
     /// A monitor is below zero where it falls below the rounding error of its values, and its switch is where it passes zero, if it was above.
     #[test]
     fn slack_is_no_crossing_and_moves_none_that_was_above() {
-        let one = |c: &[f64]| Given(vec![Bernstein::new(c)], [0.0; 2]);
+        let one = |c: &[f64]| given(vec![Bernstein::new(c)], [0.0; 2]);
         let slack = 2f64.powi(-10);
         let found = |c: &[f64]| earliest(&one(c), &[slack], (0.0, 1.0), RESOLUTION);
         // ends within it, begins within it and rises, begins at its end and rises
@@ -405,10 +398,10 @@ mod tests {
     /// What stays undecided at the resolution is a tangency there.
     #[test]
     fn a_touch_is_told_to_the_resolution() {
-        let flow = Given(vec![parabola(0.5, 0.5, 0.0)], [0.0; 2]);
+        let flow = given(vec![parabola(0.5, 0.5, 0.0)], [0.0; 2]);
         let root = earliest(&flow, &[0.0], (0.0, 1.0), 0.1).unwrap();
         assert!(root.t == 0.46875 && root.tangent, "{root:?}");
-        let off = Given(vec![parabola(0.3, 0.3, 0.0)], [0.0; 2]);
+        let off = given(vec![parabola(0.3, 0.3, 0.0)], [0.0; 2]);
         let root = earliest(&off, &[0.0], (0.0, 1.0), 0.0).unwrap();
         assert!((root.t - 0.3).abs() < 1e-7, "{root:?}");
     }
@@ -417,7 +410,7 @@ mod tests {
     #[test]
     fn a_root_costs_a_few_values() {
         let flow = Waves(vec![(0.2, vec![[1.0, 1.1, 1.6]])], 0.into());
-        let root = earliest(&flow, &[1e-16], (1.2, 1.9), RESOLUTION).unwrap();
+        let root = earliest(&flow.flow(), &[1e-16], (1.2, 1.9), RESOLUTION).unwrap();
         let exact = (std::f64::consts::PI + 0.2f64.asin() - 1.6) / 1.1;
         assert!((root.t - exact).abs() < 4e-16, "{} {exact}", root.t);
         assert!(flow.1.get() < 16, "{}", flow.1.get());
@@ -426,14 +419,14 @@ mod tests {
     #[test]
     fn two_roots_in_one_step_are_not_missed() {
         // both ends positive: a test of signs at the ends sees nothing
-        let flow = Given(vec![parabola(0.4, 0.400001, 0.0)], [0.0; 2]);
+        let flow = given(vec![parabola(0.4, 0.400001, 0.0)], [0.0; 2]);
         let root = earliest(&flow, &[1e-16], (0.0, 1.0), RESOLUTION).unwrap();
         assert!((root.t - 0.4).abs() < 1e-9 && !root.tangent, "{root:?}");
     }
 
     #[test]
     fn the_earliest_of_several_monitors_is_found() {
-        let flow = Given(
+        let flow = given(
             vec![parabola(0.7, 2.0, 0.0), parabola(0.3, 1.5, 0.0), parabola(-1.0, -2.0, 0.0)],
             [0.0; 2],
         );
@@ -444,16 +437,16 @@ mod tests {
 
     #[test]
     fn a_monitor_that_starts_at_zero_and_rises_has_no_root() {
-        let flow = Given(vec![parabola(0.0, -1.0, 0.0)], [0.0; 2]);
+        let flow = given(vec![parabola(0.0, -1.0, 0.0)], [0.0; 2]);
         assert_eq!(earliest(&flow, &[1e-15], (0.0, 1.0), RESOLUTION), None);
-        let back = Given(vec![Bernstein::new(&[0.0, 0.5, -1.0])], [0.0; 2]);
+        let back = given(vec![Bernstein::new(&[0.0, 0.5, -1.0])], [0.0; 2]);
         assert!((earliest(&back, &[1e-15], (0.0, 1.0), RESOLUTION).unwrap().t - 0.5).abs() < 1e-13);
     }
 
     #[test]
     fn what_is_no_number_is_not_free_of_roots() {
         let flow =
-            Given(vec![Bernstein::new(&[1.0, f64::NAN, 1.0]), parabola(-1.0, -2.0, 0.0)], [0.0; 2]);
+            given(vec![Bernstein::new(&[1.0, f64::NAN, 1.0]), parabola(-1.0, -2.0, 0.0)], [0.0; 2]);
         let root = earliest(&flow, &[1e-16; 2], (0.0, 1.0), RESOLUTION).unwrap();
         assert!(root.index == 0 && root.tangent);
         assert_eq!(near_miss(&flow, 0, 1e-9, (0.0, 1.0), 1e-9), None);
@@ -461,7 +454,7 @@ mod tests {
 
     #[test]
     fn a_touch_is_a_near_miss_and_no_switch() {
-        let flow = Given(vec![parabola(0.5, 0.5, 1e-12)], [0.0; 2]);
+        let flow = given(vec![parabola(0.5, 0.5, 1e-12)], [0.0; 2]);
         assert_eq!(earliest(&flow, &[1e-16], (0.0, 1.0), RESOLUTION), None);
         let (t, h) = near_miss(&flow, 0, 1e-9, (0.0, 1.0), 1e-9).unwrap();
         assert!((t - 0.5).abs() < 1e-8 && (h - 1e-12).abs() < 1e-15);
