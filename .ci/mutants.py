@@ -46,8 +46,8 @@ FILES = [
     "continuation/arclength/locate.rs",
     "orbit/saltation.rs",
 ]
-# tests that take most of the time and look at none of these
-SLOW = ["flow::chebyshev", "flow::oscillator"]
+# all tests of the core but those that take most of the time and look at none of these
+ALL = ["--skip=flow::chebyshev", "--skip=flow::oscillator"]
 # what an operator is mistaken for
 WRONG = {
     "+": ["-"], "-": ["+"], "*": ["/"], "/": ["*"],
@@ -92,7 +92,6 @@ class House:
     def __init__(self, files: list[str], barred: set[int]):
         self.mutants: list[Mutant] = []
         self.barred = barred
-        self.at: dict[tuple[str, int], list[int]] = {}
         for file in files:
             text = (ROOT / "src/core" / file).read_bytes()
             self.file, self.text = file, text
@@ -163,12 +162,11 @@ class House:
 def build(files: list[str]) -> tuple[House, Path]:
     """The test program with all mutants that compile."""
     known = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    changed = {f"src/core/{f}" for f in [*files, "lib.rs"]}
     for name in filter(None, known.split("\0")):
-        if name not in [f"src/core/{f}" for f in [*FILES, "lib.rs"]]:
+        if name not in changed:
             write(HOUSE / name, (ROOT / name).read_bytes())
-    for file in set(FILES) - set(files):
-        write(HOUSE / "src/core" / file, (ROOT / "src/core" / file).read_bytes())
-    which = """
+    chosen = """
 /// Whether a mutant is the one that is tried.
 fn mutant(number: u32) -> bool {
     static TRIED: std::sync::LazyLock<u32> =
@@ -176,10 +174,9 @@ fn mutant(number: u32) -> bool {
     *TRIED == number
 }
 """
-    write(HOUSE / "src/core/lib.rs", ((ROOT / "src/core/lib.rs").read_text() + which).encode())
-    environment = {**os.environ, "CARGO_TARGET_DIR": os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target"))}
-    environment["RUSTFLAGS"] = "-Awarnings"
-    environment["CARGO_TARGET_DIR"] += "/mutants"
+    write(HOUSE / "src/core/lib.rs", ((ROOT / "src/core/lib.rs").read_text() + chosen).encode())
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "mutants"
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(target), "RUSTFLAGS": "-Awarnings"}
     # what did not compile the last time, of the same files
     last = HOUSE.parent / "barred"
     which = hashlib.sha256(b"".join((ROOT / "src/core" / f).read_bytes() for f in files)).hexdigest()
@@ -235,12 +232,11 @@ def main() -> int:
     if arguments.list:
         print("\n".join(str(house.mutants[n - 1]) for n in tried))
         return 0
-    explained = tomllib.loads(EXPLAINED.read_text()).get("mutant", []) if EXPLAINED.exists() else []
+    explained = tomllib.loads(EXPLAINED.read_text())["mutant"]
     reasons = {(e["file"], e["code"], e["wrong"]): e["why"] for e in explained}
     modules = {f: f.removesuffix(".rs").removesuffix("/mod").replace("/", "::") + "::" for f in files}
     times = {}
-    stages = [[f"--skip={test}" for test in SLOW], *([m] for m in modules.values())]
-    for words in stages:
+    for words in [ALL, *([m] for m in modules.values())]:
         begun = time.time()
         if not ends_well(program, 0, words, 3600):
             sys.exit(f"the tests {words} fail without a mutant")
@@ -248,8 +244,7 @@ def main() -> int:
 
     def lives(number: int) -> bool:
         mutant = house.mutants[number - 1]
-        own = [modules[mutant.file]]
-        stages = [own, [f"--skip={test}" for test in SLOW]]
+        stages = [[modules[mutant.file]], ALL]
         return all(ends_well(program, number, words, 10 * times[tuple(words)] + 20) for words in stages)
 
     count = {f: [0, 0, 0, 0] for f in files}

@@ -133,9 +133,8 @@ fn solved(mut a: Mat<f64>, mut b: Mat<f64>) -> Mat<f64> {
     let of_solution = solve::solve_in_place_scratch::<usize, f64>(n, b.ncols(), Par::Seq);
     let mut memory = MemBuffer::new(of_factor.or(of_solution));
     let stack = MemStack::new(&mut memory);
-    let places = (&mut forth[..], &mut back[..]);
-    let (_, rows) =
-        factor::lu_in_place(a.as_mut(), places.0, places.1, Par::Seq, stack, Default::default());
+    let (at, params) = (a.as_mut(), Default::default());
+    let (_, rows) = factor::lu_in_place(at, &mut forth, &mut back, Par::Seq, stack, params);
     solve::solve_in_place(a.as_ref(), a.as_ref(), rows, b.as_mut(), Par::Seq, stack);
     b
 }
