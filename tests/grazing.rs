@@ -244,3 +244,25 @@ fn the_velocity_decides_the_first_active_set() {
         assert!(states.active[0].iter().all(|s| s.touches() == active), "{velocity}");
     }
 }
+
+/// A point that turns a hair before its obstacle is told by every integrator, at the instant and the distance that the closed form `cos t` has.
+#[test]
+fn near_misses_are_told_by_every_flow() {
+    let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [1]\nyoung = 1.0\ndensity = 2.0\nmass = 'lumped'\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+                [contact]\nedge = 'right'\ngap = 1.0000000001\nmethod = 'penalty'\nstiffness = 30.0\n[initial]\ndisplacement = ['-x']\n";
+    let problem = problem(text);
+    let flows = [Integrator::Dop853, Integrator::Dopri5, Integrator::Modal, Integrator::Chebyshev];
+    for integrator in flows {
+        let (report, _) = run_with(&problem.system, &problem.initial, 18.0, integrator);
+        assert!(report.switches.is_empty());
+        let told: Vec<_> = report.grazings.iter().map(|g| (g.kind, g.t, g.distance)).collect();
+        assert_eq!(told.len(), 3, "{integrator:?}: {told:?}");
+        for (k, (kind, t, distance)) in told.into_iter().enumerate() {
+            assert_eq!(kind, GrazingKind::NearMiss);
+            // a minimum is where it is to half the digits
+            let closed = std::f64::consts::PI * (2 * k + 1) as f64;
+            assert!((t - closed).abs() < 1e-5, "{integrator:?}: {t}");
+            assert!((distance - 1e-10).abs() < 2e-11, "{integrator:?}: {distance}");
+        }
+    }
+}

@@ -182,6 +182,10 @@ fn the_beam_is_followed_through_its_whole_range() {
         // at the grazing itself, or at a fold within 1e-6 of it
         let at = turns.chain(folds(&r)[1..].to_vec()).last().unwrap();
         assert!((at / 0.059_284_92 - 1.0).abs() < 2e-6, "{phase}: {at}");
+        // no piece of it is leapt over
+        let all: Vec<f64> = points(&r).iter().map(|p| p["omega"].as_f64().unwrap()).collect();
+        let widest = all.windows(2).map(|w| (w[1] / w[0] - 1.0).abs()).fold(0.0, f64::max);
+        assert!(widest < 0.02, "{phase}: {widest}");
         println!("{phase}: {} points", points(&r).len());
     }
 }

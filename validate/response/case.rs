@@ -194,6 +194,9 @@ fn sections(effort: Effort, gallery: &Gallery, checks: &mut Vec<Check>) -> Resul
         ));
         let end = points.last().map_or(f64::NAN, |p| p.omega);
         checks.push(Check::near(name("end"), end, 0.070, 1e-12));
+        let ways = points.windows(2).map(|pair| (pair[1].omega / pair[0].omega - 1.0).abs());
+        let widest = ways.fold(0.0f64, f64::max);
+        checks.push(Check::at_most(name("widest way between two points"), widest, 0.02));
         folds.push(fold);
         counts.push(points.len() as f64);
     }

@@ -18,17 +18,19 @@ pub struct Root {
     pub tangent: bool,
 }
 
-/// The earliest crossing in `[a, b]` over all monitors.
+/// The earliest crossing in `[a, b]` over all monitors. Where there is none, each of `least` lies below all values of its monitor but those of pieces that were
+/// proved monotone.
 pub fn earliest(
     flow: &dyn Flow,
     slack: &[f64],
     (a, b): (f64, f64),
     resolution: f64,
+    least: &mut [f64],
 ) -> Option<Root> {
     let mut first: Option<Root> = None;
-    for (index, &slack) in slack.iter().enumerate() {
+    for (index, (&slack, least)) in slack.iter().zip(least).enumerate() {
         let until = first.map_or(b, |r| r.t);
-        let root = first_crossing(flow, index, slack, (a, until), resolution);
+        let root = first_crossing(flow, index, slack, (a, until), resolution, least);
         if root.is_some_and(|root| first.is_none_or(|r| root.t < r.t)) {
             first = root;
         }
@@ -42,16 +44,20 @@ fn first_crossing(
     slack: f64,
     (a, b): (f64, f64),
     resolution: f64,
+    least: &mut f64,
 ) -> Option<Root> {
+    *least = f64::INFINITY;
     let root = |t, tangent| Some(Root { t, index, tangent });
     let mut pending = vec![(a, b)];
     while let Some((a, b)) = pending.pop() {
         let e = flow.enclose(index, a, b);
-        if e.polynomial.min() - e.error + slack > 0.0 {
+        let bound = e.polynomial.min() - e.error;
+        if bound + slack > 0.0 {
+            *least = least.min(bound);
             continue;
         }
         let c = e.polynomial.coefficients();
-        if !(e.polynomial.min() - e.error).is_finite() {
+        if !bound.is_finite() {
             // nothing can be proved here, and no halving helps
             return root(a, true);
         }
@@ -152,10 +158,10 @@ pub(crate) fn near_miss(
     while let Some((a, b)) = pending.pop() {
         pieces += 1;
         let e = flow.enclose(index, a, b);
-        // a monitor at rest, to rounding: it misses nothing, and has no least value to look for
+        // a monitor at rest, to rounding: it misses nothing, and has no least value to look for; of what is known to more than the level that cannot be said
         let spread = e.polynomial.max() - e.polynomial.min();
         let same = spread <= (2.0 * e.error).max(SLIGHT * level);
-        if b - a >= wide && same {
+        if b - a >= wide && same && e.error <= level {
             continue;
         }
         // what is no number is near nothing; the search for switches says so
@@ -252,6 +258,10 @@ mod tests {
 
     const RESOLUTION: f64 = 1e-15;
 
+    fn first(flow: &dyn Flow, slack: &[f64], window: (f64, f64), resolution: f64) -> Option<Root> {
+        earliest(flow, slack, window, resolution, &mut vec![0.0; slack.len()])
+    }
+
     /// Sums of sines and a constant, enclosed by cubic interpolants with their proved errors, and how often that was asked for.
     struct Waves(Vec<(f64, Vec<[f64; 3]>)>, std::cell::Cell<usize>);
 
@@ -322,7 +332,7 @@ mod tests {
             let flow = waves(case);
             let window = (0.3, 0.8 + 0.01 * (case % 70) as f64);
             let Some(expected) = first_below(&flow, window) else { continue };
-            let root = earliest(&flow.flow(), &[1e-15; 2], window, RESOLUTION);
+            let root = first(&flow.flow(), &[1e-15; 2], window, RESOLUTION);
             match (root, expected) {
                 (Some(root), Some((index, t))) => {
                     assert_eq!(root.index, index, "case {case}");
@@ -377,7 +387,7 @@ mod tests {
     fn slack_is_no_crossing_and_moves_none_that_was_above() {
         let one = |c: &[f64]| given(vec![Bernstein::new(c)], [0.0; 2]);
         let slack = 2f64.powi(-10);
-        let found = |c: &[f64]| earliest(&one(c), &[slack], (0.0, 1.0), RESOLUTION);
+        let found = |c: &[f64]| first(&one(c), &[slack], (0.0, 1.0), RESOLUTION);
         // ends within it, begins within it and rises, begins at its end and rises
         assert_eq!(found(&[1.0, 0.5, -0.5 * slack]), None);
         assert_eq!(found(&[1.0, 0.5, -slack]), None);
@@ -399,10 +409,10 @@ mod tests {
     #[test]
     fn a_touch_is_told_to_the_resolution() {
         let flow = given(vec![parabola(0.5, 0.5, 0.0)], [0.0; 2]);
-        let root = earliest(&flow, &[0.0], (0.0, 1.0), 0.1).unwrap();
+        let root = first(&flow, &[0.0], (0.0, 1.0), 0.1).unwrap();
         assert!(root.t == 0.46875 && root.tangent, "{root:?}");
         let off = given(vec![parabola(0.3, 0.3, 0.0)], [0.0; 2]);
-        let root = earliest(&off, &[0.0], (0.0, 1.0), 0.0).unwrap();
+        let root = first(&off, &[0.0], (0.0, 1.0), 0.0).unwrap();
         assert!((root.t - 0.3).abs() < 1e-7, "{root:?}");
     }
 
@@ -410,7 +420,7 @@ mod tests {
     #[test]
     fn a_root_costs_a_few_values() {
         let flow = Waves(vec![(0.2, vec![[1.0, 1.1, 1.6]])], 0.into());
-        let root = earliest(&flow.flow(), &[1e-16], (1.2, 1.9), RESOLUTION).unwrap();
+        let root = first(&flow.flow(), &[1e-16], (1.2, 1.9), RESOLUTION).unwrap();
         let exact = (std::f64::consts::PI + 0.2f64.asin() - 1.6) / 1.1;
         assert!((root.t - exact).abs() < 4e-16, "{} {exact}", root.t);
         assert!(flow.1.get() < 16, "{}", flow.1.get());
@@ -420,7 +430,7 @@ mod tests {
     fn two_roots_in_one_step_are_not_missed() {
         // both ends positive: a test of signs at the ends sees nothing
         let flow = given(vec![parabola(0.4, 0.400001, 0.0)], [0.0; 2]);
-        let root = earliest(&flow, &[1e-16], (0.0, 1.0), RESOLUTION).unwrap();
+        let root = first(&flow, &[1e-16], (0.0, 1.0), RESOLUTION).unwrap();
         assert!((root.t - 0.4).abs() < 1e-9 && !root.tangent, "{root:?}");
     }
 
@@ -430,7 +440,7 @@ mod tests {
             vec![parabola(0.7, 2.0, 0.0), parabola(0.3, 1.5, 0.0), parabola(-1.0, -2.0, 0.0)],
             [0.0; 2],
         );
-        let root = earliest(&flow, &[1e-16; 3], (0.0, 1.0), RESOLUTION).unwrap();
+        let root = first(&flow, &[1e-16; 3], (0.0, 1.0), RESOLUTION).unwrap();
         assert_eq!(root.index, 1);
         assert!((root.t - 0.3).abs() < 1e-14);
     }
@@ -438,16 +448,16 @@ mod tests {
     #[test]
     fn a_monitor_that_starts_at_zero_and_rises_has_no_root() {
         let flow = given(vec![parabola(0.0, -1.0, 0.0)], [0.0; 2]);
-        assert_eq!(earliest(&flow, &[1e-15], (0.0, 1.0), RESOLUTION), None);
+        assert_eq!(first(&flow, &[1e-15], (0.0, 1.0), RESOLUTION), None);
         let back = given(vec![Bernstein::new(&[0.0, 0.5, -1.0])], [0.0; 2]);
-        assert!((earliest(&back, &[1e-15], (0.0, 1.0), RESOLUTION).unwrap().t - 0.5).abs() < 1e-13);
+        assert!((first(&back, &[1e-15], (0.0, 1.0), RESOLUTION).unwrap().t - 0.5).abs() < 1e-13);
     }
 
     #[test]
     fn what_is_no_number_is_not_free_of_roots() {
         let flow =
             given(vec![Bernstein::new(&[1.0, f64::NAN, 1.0]), parabola(-1.0, -2.0, 0.0)], [0.0; 2]);
-        let root = earliest(&flow, &[1e-16; 2], (0.0, 1.0), RESOLUTION).unwrap();
+        let root = first(&flow, &[1e-16; 2], (0.0, 1.0), RESOLUTION).unwrap();
         assert!(root.index == 0 && root.tangent);
         assert_eq!(near_miss(&flow, 0, 1e-9, (0.0, 1.0), 1e-9), None);
     }
@@ -455,7 +465,7 @@ mod tests {
     #[test]
     fn a_touch_is_a_near_miss_and_no_switch() {
         let flow = given(vec![parabola(0.5, 0.5, 1e-12)], [0.0; 2]);
-        assert_eq!(earliest(&flow, &[1e-16], (0.0, 1.0), RESOLUTION), None);
+        assert_eq!(first(&flow, &[1e-16], (0.0, 1.0), RESOLUTION), None);
         let (t, h) = near_miss(&flow, 0, 1e-9, (0.0, 1.0), 1e-9).unwrap();
         assert!((t - 0.5).abs() < 1e-8 && (h - 1e-12).abs() < 1e-15);
         assert_eq!(near_miss(&flow, 0, 1e-13, (0.0, 1.0), 1e-9), None);

@@ -18,7 +18,7 @@ impl Surface<'_> {
     /// Neither side can be entered: hold as few nodes as possible on the surface.
     pub(super) fn held(
         &self,
-        base: &States,
+        (base, unhindered): (&States, f64),
         nodes: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
@@ -42,7 +42,8 @@ impl Surface<'_> {
             let phase = self.system.held_phase(&set, &held);
             let theta = phase.held_theta(self.t, self.u_o, self.v_o, scratch);
             let inside = theta.iter().all(|t| is_weight(*t));
-            if inside && self.curvatures(&phase, &others, scratch).iter().all(|&c| c >= -1.0) {
+            let known = (&phase, unhindered);
+            if inside && self.curvatures(known, &others, scratch).iter().all(|&c| c >= -1.0) {
                 let grazing = nodes.to_vec();
                 return Ok(Decision {
                     set,

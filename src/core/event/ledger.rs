@@ -72,6 +72,12 @@ impl Ledger {
         self
     }
 
+    /// Judge its rest by no less than an energy that is none.
+    pub(crate) fn above(mut self, least: f64) -> Ledger {
+        self.scale = self.scale.max(least);
+        self
+    }
+
     /// All that it knows, to be kept.
     pub fn numbers(&self) -> [f64; 8] {
         [
@@ -169,6 +175,17 @@ mod tests {
         assert!((ledger.drift_total() - 1.5e-10).abs() < 1e-15);
         assert!((ledger.drift_in_phase() - 1e-10).abs() < 1e-15);
         assert_eq!(ledger.jumps(), -0.2);
+    }
+
+    /// A body at rest has energies that are rounding errors of forces that cancel: they do not drift.
+    #[test]
+    fn what_is_no_energy_does_not_drift() {
+        let mut ledger = Ledger::new(state(0.0)).above(1e-24);
+        ledger.note(&state(1e-33));
+        assert!(ledger.drift_in_phase() < 2e-9);
+        let mut ledger = Ledger::new(state(0.0)).among(1.0);
+        ledger.note(&state(1e-9));
+        assert_eq!(ledger.drift_total(), 1e-9 / LEAST);
     }
 
     #[test]

@@ -118,6 +118,8 @@ struct Search {
     slack: Vec<f64>,
     /// Their rounding errors: what the slack begins with.
     rounding: Vec<f64>,
+    /// What the last search has proved to lie below them, but where they are monotone.
+    least: Vec<f64>,
     /// Contact points whose near misses are recorded.
     armed: Vec<bool>,
     /// The monitors are no numbers any more.
@@ -186,7 +188,9 @@ impl<O: Observer> Run<'_, O> {
     fn locate(&mut self) -> Option<Root> {
         let window = self.flow.window();
         let resolution = self.resolution(window.1);
-        let mut root = find::earliest(self.flow, &self.search.slack, window, resolution)?;
+        let Search { slack, least, .. } = &mut self.search;
+        least.resize(slack.len(), 0.0);
+        let mut root = find::earliest(self.flow, slack, window, resolution, least)?;
         if root.tangent {
             // a monitor whose bounds are no numbers: nothing can be found in this window, or behind it
             let all = self.flow.enclose(root.index, window.0, window.1);
@@ -196,7 +200,8 @@ impl<O: Observer> Run<'_, O> {
             self.flow.cut(&self.phase, root.t);
             // the cut step is more accurate than the interpolant: another monitor may be first
             let before = (window.0, root.t - 4.0 * resolution);
-            let search = || find::earliest(self.flow, &self.search.slack, before, resolution);
+            let Search { slack, least, .. } = &mut self.search;
+            let search = || find::earliest(self.flow, slack, before, resolution, least);
             if let Some(earlier) = (before.1 > before.0).then(search).flatten() {
                 root = earlier;
                 continue;

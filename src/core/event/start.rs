@@ -7,6 +7,10 @@ use super::{
     Checkpoint, Done, Evidence, Flow, Layout, Ledger, Observer, Options, Outcome, Resumed, Run,
     Search, State, States, System,
 };
+use crate::contact::Units;
+
+/// A motion of less than this part of the units of length and frequency is rest.
+const AT_REST: f64 = 1e-12;
 
 impl<'a, O: Observer> Run<'a, O> {
     /// The initial active set: from the complementarity problem, then from the velocities.
@@ -51,7 +55,11 @@ impl<'a, O: Observer> Run<'a, O> {
         run.account.potential_start = run.system.potential(run.now.t, &run.now.u, &run.now.v);
         let energies = run.account.energies(run.system, &run.now);
         let size = run.system.loads.carried.size_of_contact();
-        run.account.ledger = Ledger::new(energies.unwrap_or_default()).among(size);
+        let Units { length, frequency, .. } = run.system.units;
+        let still = vec![AT_REST * length * frequency; run.system.n()];
+        let least = run.system.kinetic_of_free(&still);
+        let ledger = Ledger::new(energies.unwrap_or_default());
+        run.account.ledger = ledger.among(size).above(least);
         run.store_sample(energies)?;
         run.told.next_sample = 1;
         run.tell_checkpoint();
@@ -106,6 +114,7 @@ impl<'a, O: Observer> Run<'a, O> {
             search: Search {
                 slack: vec![],
                 rounding: vec![],
+                least: vec![],
                 armed: vec![true; system.n_contact()],
                 blind: false,
             },

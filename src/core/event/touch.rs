@@ -43,6 +43,9 @@ impl<O: Observer> Run<'_, O> {
                 self.search.armed[point] = end.polynomial.coefficients()[0] > DEPARTURE * level;
                 continue;
             }
+            if self.search.least[index] > level {
+                continue;
+            }
             if let Some((t, distance)) =
                 find::near_miss(self.flow, index, level, window, resolution)
             {

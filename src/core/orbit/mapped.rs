@@ -25,8 +25,9 @@ pub struct Mapped<'a> {
     closure: Closure,
     section: Section,
     examined: [Option<(Vec<f64>, Orbit)>; 2],
-    /// Steps in a row that were short, and the longest that are taken.
-    short: usize,
+    /// Steps in a row that were short and no longer than the first of them, and how long that was.
+    short: (usize, f64),
+    /// The longest steps that are taken.
     longest: f64,
     /// What lies ahead of a point, where a step led astray.
     ahead: Option<(Vec<f64>, Crossing)>,
@@ -40,13 +41,13 @@ const ACROSS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 /// The first step behind a grazing, over the way from there.
 const SHORTER: f64 = 0.1;
 
-/// So many steps in a row below so much of the longest one are those of a branch that comes to a grazing.
+/// So many steps in a row below so much of the longest one are those of a branch that comes to a grazing; behind one they are short, too, and grow.
 const SHORT: (usize, f64) = (5, 4e-3);
 
 /// A visit of less than this part of the period is one that a turn of the branch may belong to.
 const BRIEF: f64 = 5e-3;
 
-/// A grazing within so many steps from where a step began lies in it.
+/// A grazing within so many steps from where a step began lies in it; one that is as many of the longest away does not stop short ones.
 const WITHIN: f64 = 2.0;
 
 /// Further grazings lie within so much of a step over a first one, and are another one where they are so far from it.
@@ -59,6 +60,24 @@ const ALONG: f64 = 1e-6;
 /// An orbit this near to a grazing, over the unit of length, is at one.
 const GRAZING: f64 = 1e-3;
 
+/// How far grazings are looked for, and how long a march along the ghost branch may be where Newton's method finds none.
+#[derive(Clone, Copy)]
+struct Reach {
+    within: f64,
+    march: Option<f64>,
+}
+
+impl Reach {
+    /// Of a step of some length.
+    fn of(length: f64) -> Reach {
+        Reach { march: Some(WITHIN * length), ..Reach::without_march(length) }
+    }
+
+    fn without_march(length: f64) -> Reach {
+        Reach { within: WITHIN * length, march: None }
+    }
+}
+
 impl<'a> Mapped<'a> {
     /// The family of a body whose orbits close in a way, followed in steps of arclength up to `longest`.
     pub fn new(body: &'a mut Propagator, closure: Closure, longest: f64) -> Mapped<'a> {
@@ -68,7 +87,7 @@ impl<'a> Mapped<'a> {
             closure,
             section,
             examined: [None, None],
-            short: 0,
+            short: (0, 0.0),
             longest,
             ahead: None,
             passed: None,
@@ -188,21 +207,21 @@ impl<'a> Mapped<'a> {
         Ok(there.is_none_or(|there| border.explains(changes(before, &there))))
     }
 
-    /// The grazings of some points (of any, where none are named) ahead of a place and no further from it than `within`, the nearest first.
+    /// The grazings of some points (of any, where none are named) ahead of a place and within reach of it, the nearest first.
     fn near(
         &mut self,
         place: &Place<Chain>,
         points: &[usize],
-        within: f64,
+        reach: Reach,
     ) -> Result<Vec<Ghost>, OrbitError> {
         let is_asked = |p| points.is_empty() || points.contains(&p);
-        let mut found = self.grazings(place, within.is_finite().then_some(within), is_asked)?;
+        let mut found = self.grazings(place, reach.march, is_asked)?;
         let dot = self.product(&place.x);
         let distance = |ghost: &Ghost| {
             let way = from_to(&place.x, &ghost.at);
             dot(&way, &way).sqrt()
         };
-        found.retain(|ghost| distance(ghost) <= within);
+        found.retain(|ghost| distance(ghost) <= reach.within);
         found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         Ok(found)
     }
@@ -212,14 +231,14 @@ impl<'a> Mapped<'a> {
         &mut self,
         points: &[usize],
         (from, last): (&Place<Chain>, &Crossing),
-        within: f64,
+        reach: Reach,
     ) -> Result<Option<Crossing>, OrbitError> {
         if points.is_empty() {
             return Ok(None);
         }
         let Some((tangent, ..)) = self.leaving(last)? else { return Ok(None) };
         let place = Place { x: last.behind.clone(), tangent, ..from.clone() };
-        let found = self.near(&place, points, within)?;
+        let found = self.near(&place, points, reach)?;
         self.sole_crossing(&last.after, &found)
     }
 
@@ -229,14 +248,14 @@ impl<'a> Mapped<'a> {
         &mut self,
         from: &Place<Chain>,
         changed: &[usize],
-        (mut last, within): (Crossing, f64),
+        (mut last, reach): (Crossing, Reach),
         all: &mut Vec<Told>,
     ) -> Result<Crossing, OrbitError> {
         loop {
             let is_known =
                 |p: &usize| all.iter().any(|(_, border)| border.points().any(|q| q == *p));
             let left: Vec<usize> = changed.iter().copied().filter(|p| !is_known(p)).collect();
-            let Some(next) = self.behind(&left, (from, &last), within)? else { return Ok(last) };
+            let Some(next) = self.behind(&left, (from, &last), reach)? else { return Ok(last) };
             all.push(next.told());
             self.passed = Some(next.at.clone());
             last = next;
@@ -249,7 +268,7 @@ impl<'a> Mapped<'a> {
         (from, before): (&Place<Chain>, &Visits),
         (to, wanted): (&[f64], &Visits),
         (found, changed): (&[Ghost], &[usize]),
-        within: f64,
+        reach: Reach,
     ) -> Result<Option<Vec<Told>>, OrbitError> {
         let (dot, is_inside) = (self.product(&from.x), self.inside(&from.x, to));
         let passed = self.passed.clone();
@@ -259,7 +278,7 @@ impl<'a> Mapped<'a> {
             };
             let mut all = vec![first.told()];
             self.passed = Some(first.at.clone());
-            let last = self.further(from, changed, (first, within), &mut all)?;
+            let last = self.further(from, changed, (first, reach), &mut all)?;
             let leads_there = last.after == *wanted && last.leads_to(to, &dot);
             if leads_there && all.iter().all(|(at, _)| is_inside(at)) {
                 return Ok(Some(all));
@@ -276,18 +295,18 @@ impl<'a> Mapped<'a> {
         from: &Place<Chain>,
         (x, tangent, visits): (&[f64], &[f64], &Visits),
         changed: &[usize],
-        within: f64,
+        reach: Reach,
     ) -> Result<Vec<Told>, OrbitError> {
         if changed.is_empty() {
             return Ok(vec![]);
         }
         let back = tangent.iter().map(|t| -t).collect();
         let place = Place { x: x.to_vec(), tangent: back, ..from.clone() };
-        let found = self.near(&place, changed, within)?;
+        let found = self.near(&place, changed, reach)?;
         let Some(nearest) = self.sole_crossing(visits, &found)? else { return Ok(vec![]) };
         let mut all = vec![nearest.told()];
         let passed = self.passed.replace(nearest.at.clone());
-        self.further(&place, changed, (nearest, within), &mut all)?;
+        self.further(&place, changed, (nearest, reach), &mut all)?;
         let is_inside = self.inside(&from.x, x);
         all.retain(|(at, _)| is_inside(at));
         self.passed = all.first().map(|(at, _)| at.clone()).or(passed);
@@ -324,11 +343,11 @@ impl<'a> Mapped<'a> {
         &mut self,
         place: &Place<Chain>,
     ) -> Result<Option<(Crossing, Place<Chain>)>, OrbitError> {
-        self.short = 0;
+        self.short = (0, 0.0);
         let crossing = match self.ahead.take().filter(|(x, _)| *x == place.x) {
             Some((_, crossing)) => Some(crossing),
             None => {
-                let found = self.grazings(place, None, |_| true)?;
+                let found = self.near(place, &[], Reach::without_march(self.longest))?;
                 let before = self.visits(&place.x)?;
                 self.crossing(&before, &found)?
             }
@@ -573,7 +592,11 @@ impl Family for Mapped<'_> {
     ) -> Result<Judgement<Border>, OrbitError> {
         let (dot, way) = (self.product(&from.x), from_to(&from.x, x));
         let length = dot(&way, &way).sqrt();
-        self.short = if length < SHORT.1 * self.longest { self.short + 1 } else { 0 };
+        self.short = match self.short {
+            _ if length >= SHORT.1 * self.longest => (0, 0.0),
+            (_, first) if length > first => (1, length),
+            (count, first) => (count + 1, first),
+        };
         if !self.goes_over() {
             return Ok(Judgement::Along);
         }
@@ -583,20 +606,20 @@ impl Family for Mapped<'_> {
         let last = x.len() - 1;
         let turned = from.tangent[last] * tangent[last] < 0.0;
         let brief = shortest(&before).min(shortest(&after)) < BRIEF || before.grazing < GRAZING;
-        let is_stuck = self.short >= SHORT.0;
+        let is_stuck = self.short.0 >= SHORT.0;
         if changed.is_empty() && !(brief && (turned || is_stuck)) {
             return Ok(Judgement::Along);
         }
-        let within = if is_stuck { f64::INFINITY } else { WITHIN * length };
-        let found = self.near(from, &changed, within)?;
+        let reach = if is_stuck { Reach::without_march(self.longest) } else { Reach::of(length) };
+        let found = self.near(from, &changed, reach)?;
         if !changed.is_empty() {
             let (step, lost) = ((from, &a), (&found[..], &changed[..]));
-            if let Some(all) = self.leading_to(step, (x, &b), lost, within)? {
+            if let Some(all) = self.leading_to(step, (x, &b), lost, reach)? {
                 return Ok(Judgement::Over(all));
             }
         }
         let Some(crossing) = self.crossing(&a, &found)? else {
-            let back = self.looking_back(from, (x, tangent, &b), &changed, within)?;
+            let back = self.looking_back(from, (x, tangent, &b), &changed, reach)?;
             return Ok(if back.is_empty() { Judgement::Along } else { Judgement::Over(back) });
         };
         if !changed.is_empty() && crossing.leads_to(x, &dot) {
@@ -614,7 +637,7 @@ impl Family for Mapped<'_> {
                 }
             }
             self.passed = Some(crossing.at.clone());
-            self.further(from, &changed, (crossing, within), &mut all)?;
+            self.further(from, &changed, (crossing, reach), &mut all)?;
             return Ok(Judgement::Over(all));
         }
         self.ahead = Some((from.x.clone(), crossing));

@@ -164,3 +164,305 @@ impl<F: Family, T: FnMut(&mut F, PointOf<F>) -> Go> Walker<'_, F, T> {
         Ok(None)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use faer::Mat;
+
+    use super::*;
+    use crate::continuation::{InChart, Options, Units, follow};
+
+    /// A border of a piece: its margin, and the piece behind it, if any.
+    type Edge = (fn(f64, f64) -> f64, Option<usize>);
+
+    /// `R(x, λ) = 0` between borders. A piece may have another unknown, `y = 2x`, that the others do not know.
+    #[derive(Clone)]
+    struct Piece {
+        residual: fn(f64, f64) -> f64,
+        derivative: fn(f64, f64) -> [f64; 2],
+        edges: Vec<Edge>,
+        has_another: bool,
+    }
+
+    struct Pieces {
+        all: Vec<Piece>,
+        chart: usize,
+        signature: fn(f64, f64) -> Vec<i64>,
+        /// Which piece a point lies in, where that is told.
+        reread: Option<fn(f64, f64) -> usize>,
+    }
+
+    fn piece(
+        residual: fn(f64, f64) -> f64,
+        derivative: fn(f64, f64) -> [f64; 2],
+        edges: &[Edge],
+    ) -> Piece {
+        Piece { residual, derivative, edges: edges.to_vec(), has_another: false }
+    }
+
+    /// `x = λ` before zero.
+    fn rising(to: Option<usize>) -> Piece {
+        piece(|x, l| x - l, |_, _| [1.0, -1.0], &[(|x, _| -x, to)])
+    }
+
+    impl Pieces {
+        fn new(all: Vec<Piece>) -> Pieces {
+            Pieces { all, chart: 0, signature: |_, _| vec![], reread: None }
+        }
+
+        fn piece(&self) -> &Piece {
+            &self.all[self.chart]
+        }
+
+        fn numbers(x: &[f64]) -> (f64, f64) {
+            (x[0], x[x.len() - 1])
+        }
+
+        fn state(&self, chart: usize, (x, lambda): (f64, f64)) -> Vec<f64> {
+            if self.all[chart].has_another { vec![x, 2.0 * x, lambda] } else { vec![x, lambda] }
+        }
+    }
+
+    impl Family for Pieces {
+        type Chart = usize;
+        type Border = usize;
+        type Error = Infallible;
+
+        fn linearise(&mut self, x: &[f64]) -> Result<(Vec<f64>, Mat<f64>), Infallible> {
+            let ((y, lambda), n) = (Pieces::numbers(x), x.len());
+            let piece = self.piece();
+            let (r, [dx, dl]) = ((piece.residual)(y, lambda), (piece.derivative)(y, lambda));
+            if n == 2 {
+                return Ok((vec![r], Mat::from_fn(1, 2, |_, j| [dx, dl][j])));
+            }
+            let rows = [[dx, 0.0, dl], [-2.0, 1.0, 0.0]];
+            Ok((vec![r, x[1] - 2.0 * y], Mat::from_fn(2, 3, |i, j| rows[i][j])))
+        }
+
+        fn units(&self) -> Units {
+            let n = if self.piece().has_another { 3 } else { 2 };
+            Units { unknowns: vec![1.0; n], residual: 1.0 }
+        }
+
+        fn rounding(&self, _: &[f64]) -> f64 {
+            1e-14
+        }
+
+        fn weights(&self, x: &[f64]) -> Vec<f64> {
+            if x.len() == 3 { vec![1.0, 0.0, 1.0] } else { vec![1.0, 1.0] }
+        }
+
+        fn chart(&self) -> usize {
+            self.chart
+        }
+
+        fn set_chart(&mut self, chart: &usize) {
+            self.chart = *chart;
+        }
+
+        fn overstepped(&mut self, x: &[f64]) -> Result<Vec<usize>, Infallible> {
+            let (y, lambda) = Pieces::numbers(x);
+            let edges = self.piece().edges.iter().enumerate();
+            Ok(edges.filter(|(_, e)| (e.0)(y, lambda) < -1e-12).map(|(k, _)| k).collect())
+        }
+
+        fn margin(&mut self, x: &[f64], border: &usize) -> Result<f64, Infallible> {
+            let (y, lambda) = Pieces::numbers(x);
+            Ok((self.piece().edges[*border].0)(y, lambda))
+        }
+
+        fn beyond(&mut self, x: &[f64], border: &usize) -> Option<InChart<Self>> {
+            let to = self.piece().edges[*border].1?;
+            Some((to, self.state(to, Pieces::numbers(x))))
+        }
+
+        fn reread(&mut self, x: &[f64]) -> Result<Option<InChart<Self>>, Infallible> {
+            let (y, lambda) = Pieces::numbers(x);
+            Ok(self.reread.map(|of| (of(y, lambda), self.state(of(y, lambda), (y, lambda)))))
+        }
+
+        fn signature(&mut self, x: &[f64]) -> Result<Vec<i64>, Infallible> {
+            let (y, lambda) = Pieces::numbers(x);
+            Ok((self.signature)(y, lambda))
+        }
+    }
+
+    type Told = (Option<Special<usize>>, usize, f64, f64);
+
+    /// All points of the branch that begins in the first piece: what they are, the piece they stand in, `x`, `λ`.
+    fn walk(
+        pieces: &mut Pieces,
+        from: (f64, f64),
+        step: f64,
+        range: (f64, f64),
+    ) -> (Vec<Told>, Stop) {
+        let options =
+            Options { range, step: (step, 1e-9, step), points: 60, locate: true, natural: false };
+        let x = pieces.state(0, from);
+        let place = Place::start(pieces, x, 1.0, step).unwrap().unwrap();
+        let mut told = vec![];
+        let stop = follow(pieces, place, &options, |pieces, p| {
+            let (x, lambda) = Pieces::numbers(&p.x);
+            told.push((p.special, pieces.chart, x, lambda));
+            Go::Continue(())
+        });
+        (told, stop.unwrap())
+    }
+
+    fn borders(told: &[Told]) -> Vec<(usize, bool, f64, f64)> {
+        let of = |(special, chart, x, lambda): &Told| match special {
+            Some(Special::Border { turns, .. }) => Some((*chart, *turns, *x, *lambda)),
+            _ => None,
+        };
+        told.iter().filter_map(of).collect()
+    }
+
+    /// What stands in a piece lies on its curve and within its borders.
+    fn belong(pieces: &Pieces, told: &[Told]) {
+        for (_, chart, x, lambda) in told {
+            let piece = &pieces.all[*chart];
+            assert!((piece.residual)(*x, *lambda).abs() < 1e-12, "{told:?}");
+            assert!(piece.edges.iter().all(|e| (e.0)(*x, *lambda) > -1e-11), "{told:?}");
+        }
+    }
+
+    #[test]
+    fn a_corner_is_met_and_the_branch_goes_on_behind_it() {
+        for has_another in [false, true] {
+            let flat = piece(|x, l| x - 0.5 * l, |_, _| [1.0, -0.5], &[(|x, _| x, Some(0))]);
+            let flat = Piece { has_another, ..flat };
+            let mut pieces = Pieces::new(vec![rising(Some(1)), flat]);
+            let (told, stop) = walk(&mut pieces, (-1.0, -1.0), 0.3, (-2.0, 1.0));
+            assert_eq!(stop, Stop::Range);
+            belong(&pieces, &told);
+            let met = borders(&told);
+            assert_eq!(met.len(), 1, "{told:?}");
+            let (chart, turns, x, lambda) = met[0];
+            assert!(chart == 1 && !turns && x.abs() < 1e-9 && lambda.abs() < 1e-9, "{met:?}");
+            assert_eq!(told.last().map(|p| (p.1, p.3)), Some((1, 1.0)));
+            // the steps behind it are as long as those before
+            assert!(told.len() < 24, "{}", told.len());
+        }
+    }
+
+    #[test]
+    fn a_branch_turns_at_a_corner_where_its_next_piece_lies_that_way() {
+        let back = piece(|x, l| x + 2.0 * l, |_, _| [1.0, 2.0], &[(|x, _| x, Some(0))]);
+        let mut pieces = Pieces::new(vec![rising(Some(1)), back]);
+        let (told, stop) = walk(&mut pieces, (-1.0, -1.0), 0.3, (-2.0, 1.0));
+        assert_eq!(stop, Stop::Range);
+        belong(&pieces, &told);
+        let met = borders(&told);
+        assert!(met.len() == 1 && met[0].0 == 1 && met[0].1, "{told:?}");
+        assert_eq!(told.last().map(|p| (p.1, p.3)), Some((1, -2.0)));
+    }
+
+    /// A next piece that is admissible on neither side, and one that nobody knows.
+    #[test]
+    fn where_nothing_is_admissible_behind_a_border_the_branch_ends() {
+        let never: Edge = (|_, _| -1.0, None);
+        let nowhere = piece(|x, l| x - l, |_, _| [1.0, -1.0], &[never]);
+        for (to, next) in [(Some(1), vec![nowhere]), (None, vec![])] {
+            let mut pieces = Pieces::new([vec![rising(to)], next].concat());
+            let (told, stop) = walk(&mut pieces, (-1.0, -1.0), 0.3, (-2.0, 1.0));
+            let Stop::DeadEnd { lambda, border } = stop else { panic!("{stop:?}") };
+            assert!(lambda.abs() < 1e-9 && border == "0", "{lambda} {border}");
+            assert!(told.iter().all(|p| p.1 == 0) && borders(&told).is_empty());
+            assert_eq!(pieces.chart, 0);
+        }
+    }
+
+    /// A piece so short that a step leaps over it; of two borders that a step oversteps the nearer comes first.
+    #[test]
+    fn borders_of_one_step_are_met_in_their_order() {
+        let short = piece(
+            |x, l| x - 3.0 * l,
+            |_, _| [1.0, -3.0],
+            &[(|x, _| x, Some(0)), (|x, _| 0.01 - x, Some(2))],
+        );
+        let last = piece(
+            |x, l| x - 0.01 - (l - 0.01 / 3.0),
+            |_, _| [1.0, -1.0],
+            &[(|x, _| x - 0.01, Some(1))],
+        );
+        // the first piece has a border that lies further off, too
+        let mut first = rising(Some(1));
+        first.edges.insert(0, (|x, _| 0.1 - x, None));
+        let mut pieces = Pieces::new(vec![first, short, last]);
+        let (told, stop) = walk(&mut pieces, (-1.0, -1.0), 0.4, (-2.0, 1.0));
+        assert_eq!(stop, Stop::Range);
+        belong(&pieces, &told);
+        let met = borders(&told);
+        let wanted = [(1, 0.0, 0.0), (2, 0.01, 0.01 / 3.0)];
+        assert_eq!(met.len(), 2, "{told:?}");
+        for (met, wanted) in met.iter().zip(wanted) {
+            let near = (met.2 - wanted.1).abs() < 1e-8 && (met.3 - wanted.2).abs() < 1e-8;
+            assert!(met.0 == wanted.0 && near, "{met:?}");
+        }
+    }
+
+    /// Folds and changes of stability on the way to a border come before it, with the piece that they stand in.
+    #[test]
+    fn what_lies_before_a_border_in_the_same_step_is_told_first() {
+        let flat = piece(|x, l| x - 0.5 * l, |_, _| [1.0, -0.5], &[(|x, _| x, Some(0))]);
+        let mut pieces = Pieces::new(vec![rising(Some(1)), flat.clone()]);
+        pieces.signature = |x, _| vec![0, i64::from(x > -0.02), 0];
+        let (told, _) = walk(&mut pieces, (-0.9, -0.9), 0.3, (-2.0, 1.0));
+        let special: Vec<_> = told.iter().filter_map(|t| Some((t.0.clone()?, t.1, t.2))).collect();
+        let changed = Special::Stability(vec![0, 0, 0], vec![0, 1, 0]);
+        assert!(special[0].0 == changed && special[0].1 == 0, "{special:?}");
+        assert!((special[0].2 + 0.02).abs() < 1e-3, "{special:?}");
+        assert!(matches!(special[1].0, Special::Border { .. }) && special.len() == 3);
+
+        // λ = −x² / 2 + … turns at x = −0.05, before the border
+        let bent = piece(
+            |x, l| l + 4.0 * (x + 0.05).powi(2),
+            |x, _| [8.0 * (x + 0.05), 1.0],
+            &[(|x, _| -x, Some(1))],
+        );
+        let on = piece(|x, l| l + 0.01 + x, |_, _| [1.0, 1.0], &[(|x, _| x, Some(0))]);
+        let mut pieces = Pieces::new(vec![bent, on]);
+        let (told, stop) = walk(&mut pieces, (-0.6, -1.21), 0.3, (-2.0, 1.0));
+        assert_eq!(stop, Stop::Range);
+        belong(&pieces, &told);
+        let special: Vec<_> = told.iter().filter_map(|t| Some((t.0.clone()?, t.2))).collect();
+        assert!(special[0].0 == Special::Fold && (special[0].1 + 0.05).abs() < 1e-6);
+        assert!(matches!(special[1].0, Special::Border { turns: false, .. }), "{special:?}");
+    }
+
+    /// Where the branch does not feel its borders it steps over them, into the piece where it lands; folds on the way are not lost, nor is the end of the range.
+    #[test]
+    fn borders_that_are_not_felt_are_leapt_over() {
+        let flat = piece(|x, l| x - 0.9 * l, |_, _| [1.0, -0.9], &[(|x, _| x, Some(0))]);
+        let mut pieces = Pieces::new(vec![rising(Some(1)), flat]);
+        pieces.reread = Some(|x, _| usize::from(x > 0.0));
+        let (told, stop) = walk(&mut pieces, (-1.0, -1.0), 0.3, (-2.0, 1.0));
+        assert_eq!(stop, Stop::Range);
+        belong(&pieces, &told);
+        assert!(borders(&told).is_empty() && told.len() < 14, "{told:?}");
+        assert!(told.iter().filter(|t| t.1 == 1).count() > 3);
+        assert!(told.iter().all(|t| (t.1 == 1) == (t.2 > 0.0)));
+
+        // a signature that changes in the leap is told where it landed
+        pieces.signature = |x, _| vec![0, i64::from(x > 0.0), 0];
+        pieces.chart = 0;
+        let (told, _) = walk(&mut pieces, (-1.0, -1.0), 0.3, (-2.0, 1.0));
+        let special: Vec<_> = told.iter().filter_map(|t| t.0.clone()).collect();
+        assert_eq!(special, [Special::Stability(vec![0, 0, 0], vec![0, 1, 0]), Special::End]);
+
+        // a circle in two halves: its fold lies on the border
+        let half =
+            |edge: Edge| piece(|x, l| x * x + l * l - 1.0, |x, l| [2.0 * x, 2.0 * l], &[edge]);
+        let halves = [half((|x, _| -x, Some(1))), half((|x, _| x, Some(0)))];
+        let mut pieces = Pieces::new(halves.to_vec());
+        pieces.reread = Some(|x, _| usize::from(x > 0.0));
+        let (told, stop) = walk(&mut pieces, (-1.0, 0.0), 0.3, (-0.5, 2.0));
+        assert_eq!(stop, Stop::Range);
+        belong(&pieces, &told);
+        let folds: Vec<_> = told.iter().filter(|t| t.0 == Some(Special::Fold)).collect();
+        assert!(folds.len() == 1 && folds[0].2.abs() < 1e-4, "{folds:?}");
+        assert!(told.last().unwrap().1 == 1);
+    }
+}
