@@ -141,6 +141,44 @@ fn what_lies_without_pressure_goes_on() {
     }
 }
 
+/// A viscous body at rest before two rough obstacles, drawn into them and along them by springs under preload, and by a load that has yet to grow from zero: what
+/// touches without a pressure is held by nothing, and what begins to slip does so by a rate.
+#[test]
+fn a_viscous_body_at_rest_before_rough_obstacles_begins() {
+    let tables = |preloads: [f64; 2], load: &str| {
+        let contact = |edge: &str| {
+            format!(
+                "[[contact]]\nedge = '{edge}'\ngap = 0.0\nfriction = 0.9\nstress = 'reaction'\n"
+            )
+        };
+        let spring = |direction: &str, preload: f64| {
+            format!(
+                "[[spring]]\nedge = 'left'\ndirection = {direction}\nstiffness = 0.5\npreload = {preload:?}\n"
+            )
+        };
+        let springs = spring("[1.0, 0.0]", preloads[0]) + &spring("[0.0, 1.0]", preloads[1]);
+        format!(
+            "{}{}{springs}[damping]\nrayleigh = [0.0, 0.05]\n[[load]]\nkind = 'traction'\nedge = 'top'\n{load}omega = 1.0\n[run]\nuntil = 2.0\n",
+            contact("bottom"),
+            contact("right")
+        )
+    };
+    let cases = [
+        ([-0.02, 0.02], "amplitude = [0.0, -0.02]\nphase = 0.3\n"),
+        ([0.02, 0.0], "amplitude = [0.02, -0.02]\n"),
+        ([0.0, 0.0], "amplitude = [0.02, -0.02]\nphase = -1.5707963267948966\n"),
+    ];
+    for (preloads, load) in cases {
+        let free = "[body]\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = [4, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmass = 'lumped'\n";
+        let scene = scene(&(free.to_owned() + &tables(preloads, load)));
+        let [exact, stepped] = [Integrator::Modal, Integrator::Dop853].map(|i| run_by(&scene, i));
+        assert!(exact.switches.len() > 3, "{}", exact.switches.len());
+        assert_eq!(exact.switches.len(), stepped.switches.len());
+        let state = |r: &Report| [&r.last.u[..], &r.last.v[..]].concat();
+        assert!(relative(&state(&exact), &state(&stepped)) < 1e-9, "{load}");
+    }
+}
+
 /// `M ü + C u̇ + K_α u + Σ e r_t = f_α` row by row, with the tractions that files hold: what sticks has no acceleration, what slips is pushed by `σ μ p`.
 #[test]
 fn accelerations_and_tractions_balance() {

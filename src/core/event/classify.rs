@@ -110,20 +110,18 @@ impl Surface<'_> {
         if undecided.is_empty() {
             return Ok(decision(set, Order::Velocity));
         }
-        // undecided nodes enter as they are in the present phase
+        // undecided nodes enter as they are in the present phase, but for what would hold them
         let mut base = set;
-        undecided.iter().for_each(|&i| base.set(i, present.at(i)));
+        undecided.iter().for_each(|&i| base.set(i, self.state_of(i, present.touches(i))));
         match self.system.is_lipschitz() {
             true => self.by_common_acceleration(&base, &undecided, scratch),
             false => self.by_acceleration(&base, &undecided, scratch),
         }
     }
 
-    /// What a point does if it touches: what it did, or slips by its velocity.
-    pub(super) fn state_of(&self, point: usize, touches: bool, base: &States) -> PointState {
-        let from = base.at(point);
+    /// What a degenerate point does if it touches: without a pressure nothing holds it, and it slips by its velocity.
+    pub(super) fn state_of(&self, point: usize, touches: bool) -> PointState {
         match (touches, self.system.tangent(point)) {
-            (true, _) if from.touches() => from,
             (true, Some(t)) => PointState::of_slip(t.slip_velocity(self.v_o)),
             _ => PointState::of_contact(touches),
         }
@@ -218,7 +216,7 @@ impl Surface<'_> {
             nodes
                 .iter()
                 .enumerate()
-                .for_each(|(k, &i)| set.set(i, self.state_of(i, bits >> k & 1 == 1, base)));
+                .for_each(|(k, &i)| set.set(i, self.state_of(i, bits >> k & 1 == 1)));
             let curvature = self.curvatures((&self.system.phase(&set), unhindered), nodes, scratch);
             if curvature.iter().any(|&c| c < -1.0) {
                 continue;
@@ -266,13 +264,14 @@ impl Surface<'_> {
                 };
                 // one is free, zero in contact
                 let released = held.remove(k);
-                set.set(released, self.state_of(released, theta[k] < 0.5, base));
+                set.set(released, self.state_of(released, theta[k] < 0.5));
                 changes[released] = 0;
                 continue;
             };
             let change = if round < TOGETHER { &wrong[..] } else { &[first][..] };
             for &i in change {
-                set.set(i, phase.monitor_of(i).map_or(set.at(i), |k| phase.monitors[k].to));
+                let to = phase.monitor_of(i).map_or(set.at(i), |k| phase.monitors[k].to);
+                set.set(i, self.state_of(i, to.touches()));
                 changes[i] += usize::from(round >= TOGETHER);
                 if changes[i] > RESTLESS {
                     set.set(i, PointState::Closed);
@@ -455,7 +454,7 @@ mod tests {
     fn accelerations_decide_as_all_sets_tried() {
         let plate = plate([3, 2], OWN);
         let mut met = [0; 3];
-        for seed in 0..300 {
+        for seed in 0..600 {
             let [u, v] = plate.grazing(seed);
             let allowed = plate.admissible(&u);
             met[allowed.len().min(2)] += 1;
@@ -479,7 +478,8 @@ mod tests {
             assert_eq!(found.ambiguous, Some(allowed.len() > 1), "{seed}");
             assert!(found.held.is_empty());
         }
-        assert!(met.iter().all(|n| *n > 5), "{met:?}");
+        // states with two continuations are rare
+        assert!(met[0] > 100 && met[1] > 300 && met[2] > 0, "{met:?}");
     }
 
     /// With one acceleration for all sets there is one solution, and it is found.
@@ -569,7 +569,7 @@ mod tests {
                 }
             }
         }
-        assert!(one > 20 && more > 5 && ended < 5, "{one} {more} {ended}");
+        assert!(one > 100 && more > 1 && ended < 5, "{one} {more} {ended}");
     }
 
     /// More points than sets can be tried for: what comes out leads into itself.

@@ -36,7 +36,7 @@ impl Surface<'_> {
             let mut set = base.clone();
             let (mut held, mut others) = (vec![], vec![]);
             for (k, &i) in nodes.iter().enumerate() {
-                set.set(i, self.state_of(i, digit(code, k) >= 1, base));
+                set.set(i, self.state_of(i, digit(code, k) >= 1));
                 if digit(code, k) == 2 { held.push(i) } else { others.push(i) }
             }
             let phase = self.system.held_phase(&set, &held);
