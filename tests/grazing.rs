@@ -262,7 +262,8 @@ fn near_misses_are_told_by_every_flow() {
             // a minimum is where it is to half the digits
             let closed = std::f64::consts::PI * (2 * k + 1) as f64;
             assert!((t - closed).abs() < 1e-5, "{integrator:?}: {t}");
-            assert!((distance - 1e-10).abs() < 2e-11, "{integrator:?}: {distance}");
+            // a step is wrong by its tolerance of 1e-11, and there are many
+            assert!((distance - 1e-10).abs() < 5e-11, "{integrator:?}: {distance}");
         }
     }
 }

@@ -7,6 +7,7 @@ use super::modes::grazing_of;
 use super::monitor::MonitorKind;
 use super::rest::Rest;
 use super::system::System;
+use crate::fem::largest;
 
 /// A monitor that a shape changes by less, as a displacement over its own largest one, is not changed.
 const UNCHANGED: f64 = 1e-9;
@@ -72,7 +73,7 @@ impl Rest {
         };
         let rows: Vec<(f64, f64)> = (0..before.len()).filter_map(row).collect();
         // a rigid motion changes nothing but by rounding
-        let most = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let most = largest(shape);
         let factors = rows.iter().filter(|r| r.1.abs() > UNCHANGED * most).map(|r| -r.0 / r.1);
         factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))
     }

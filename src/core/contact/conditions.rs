@@ -18,7 +18,7 @@ use super::boundary::BoundaryOperator;
 use super::coupling::Coupling;
 use super::lcp::{self, Bounds, ComparisonMatrix, LcpError, LcpSolution, PMatrix, Side};
 use super::states::{PointState, States};
-use crate::fem::{Csr, Loads};
+use crate::fem::{Csr, Loads, largest};
 
 /// `N_C`, `N_O`, gaps and areas of all contact points.
 #[derive(Debug)]
@@ -206,7 +206,7 @@ impl Conditions {
     /// `q = p_f − N_C g − N_O u_O` with the gaps in front (zero of what faces nothing), and the size of its terms.
     pub fn data(&self, u_o: &[f64], load: Option<&[f64]>) -> (Vec<f64>, Vec<f64>) {
         let size = self.count();
-        let u = u_o.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let u = largest(u_o);
         let mut gap = self.gap[..self.facing].to_vec();
         gap.resize(size, 0.0);
         let load = |i: usize| load.map_or(0.0, |p| p[i]);
@@ -282,7 +282,7 @@ impl Conditions {
         degenerate: &[usize],
         rates: Rates,
     ) -> Result<(States, Vec<usize>), LcpError> {
-        let size = rates.x.iter().fold(0.0f64, |m, x| m.max(x.abs())) + rates.blur;
+        let size = largest(&rates.x) + rates.blur;
         let load = |d: usize| rates.load.map_or(0.0, |p| p[d]);
         let (own, signs): (Vec<usize>, Vec<f64>) =
             degenerate.iter().map(|&i| self.points[i]).unzip();

@@ -15,7 +15,7 @@ use super::monitor::{Monitor, MonitorKind};
 use super::phase::Phase;
 use super::states::{PointState, States};
 use super::system::System;
-use crate::fem::{Csr, Pivots, SpdFactor};
+use crate::fem::{Csr, Pivots, SpdFactor, largest};
 
 /// No equilibrium was found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -155,7 +155,6 @@ fn floating(phase: &Phase, motions: &[Vec<f64>]) -> Option<Vec<f64>> {
         return None;
     }
     let drift = &all * eigen.eigenvectors.select_columns(&free);
-    let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let push: f64 = force.iter().map(|f| f.abs()).sum();
     for column in drift.column_iter() {
         let moved: f64 = column.iter().zip(&force).map(|(d, f)| d * f).sum();
@@ -192,7 +191,6 @@ fn floating(phase: &Phase, motions: &[Vec<f64>]) -> Option<Vec<f64>> {
 fn is_solution(stiffness: &Csr, u: &[f64], force: &[f64]) -> bool {
     let mut rest = force.to_vec();
     stiffness.mul_sub(u, &mut rest);
-    let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let stiff = stiffness.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
     let held =
         largest(u) * stiff <= 1e13 * largest(force) && largest(&rest) <= 1e-6 * largest(force);

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::coupling::Coupling;
-use crate::fem::{Csr, SpdFactor};
+use crate::fem::{Csr, SpdFactor, largest};
 
 /// From so many rows on columns are solved for together, this many at once.
 const TOGETHER: (usize, usize) = (128, 32);
@@ -26,7 +26,7 @@ impl Kept {
         if self.are_too_many() {
             return vec![];
         }
-        let largest = column.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let largest = largest(column);
         let is_something = |e: &(usize, &f64)| e.1.abs() > NOTHING * largest;
         let entries = column.iter().enumerate().filter(is_something);
         let entries: Vec<_> = entries.map(|(j, &v)| (k, j, v)).collect();

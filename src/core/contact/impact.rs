@@ -16,6 +16,7 @@ use super::law::{March, Restitution};
 use super::lcp::{self, LcpError};
 use super::reactions::Columns;
 use super::states::States;
+use crate::fem::largest;
 
 /// The impacts of a body.
 #[derive(Debug)]
@@ -59,7 +60,7 @@ impl Impact {
     pub fn strike(&self, touching: &[usize], v: &mut [f64]) -> Result<Blow, LcpError> {
         let rate = |v: &[f64], k: usize| -self.mass.rows.row_dot(k, v);
         let before: Vec<f64> = touching.iter().map(|&k| rate(v, k)).collect();
-        let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let largest = largest(v);
         let q: Vec<f64> = before.iter().map(|w| (1.0 + self.restitution) * w).collect();
         let impulse = self.complementary(touching, &q, largest)?;
         self.push(touching, &impulse, v);
@@ -114,7 +115,7 @@ impl Impact {
     /// Which of the points at rest on the obstacle stay: `0 ≤ ẅ ⟂ λ ≥ 0` with the acceleration `a` of the body without their reactions.
     pub(crate) fn staying(&self, resting: &[usize], a: &[f64]) -> Result<Vec<usize>, LcpError> {
         let q: Vec<f64> = resting.iter().map(|&k| -self.mass.rows.row_dot(k, a)).collect();
-        let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let largest = largest(a);
         let reaction = self.complementary(resting, &q, largest)?;
         Ok(resting.iter().zip(&reaction).filter(|(_, r)| **r > 0.0).map(|(&k, _)| k).collect())
     }

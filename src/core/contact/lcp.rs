@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use thiserror::Error;
 
 use super::coupling::{Block, Coupling};
-use crate::fem::{Csr, SpdFactor};
+use crate::fem::{Csr, SpdFactor, largest};
 
 /// Where an unknown stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,7 +123,7 @@ pub(crate) fn solve_between(
     loop {
         let (w, p) = basic_solution(n, q, &bound, &places)?;
         // a row without terms of its own knows those of the others by the solution of all: counted once a basis has come back
-        let largest = w.iter().fold(0.0f64, |m, w| m.max(w.abs()));
+        let largest = largest(&w);
         let of_all = |i: usize| (units - UNITS) * n[(i, i)].abs() * largest;
         let tolerance = |i: usize| units * (q_scale[i] + n.row_size(i, &w)) + of_all(i);
         // where an unknown belongs that stands wrong

@@ -23,7 +23,7 @@ use super::reactions::{Holds, Reactions};
 use super::redistribution;
 use super::site::Site;
 use super::states::States;
-use crate::fem::{Body, Csr, FemError, Harmonic, Loads, Reduction, load};
+use crate::fem::{Body, Csr, FemError, Harmonic, Loads, Reduction, largest, load};
 
 /// Springs stiffer than this, over the body, leave nothing of its own forces but rounding errors: the energy of a motion drifts by `1e-15` of the ratio.
 const STIFFEST: f64 = 1e8;
@@ -287,7 +287,7 @@ impl Method for Massive {
         if !self.law.has_memory() {
             return self.select_by_conditions(loads, t, x, start);
         }
-        let size = x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let size = largest(x);
         let touches = |k: usize| {
             let gap = self.obstacle.gap[k];
             -self.obstacle.depth(k, x) <= 64.0 * UNITS * size.max(gap.abs())

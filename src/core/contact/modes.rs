@@ -2,7 +2,7 @@
 
 use super::phase::Phase;
 use super::system::System;
-use crate::fem::{Csr, FemError, Modes, Pivots, eigen};
+use crate::fem::{Csr, FemError, Modes, Pivots, eigen, largest};
 
 /// The `count` lowest modes of a phase, `φᵀ M_α φ = 1`, with the sign that makes the contact
 /// displacement of largest magnitude positive (the largest displacement where there is no contact).
@@ -14,7 +14,7 @@ pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes
     // held displacements are modes of their own, and none of the body's
     let held = phase.held_displacements();
     let mut modes = eigen::lowest(&k, &m, count + held.len(), system.units.frequency)?;
-    let is_own = |x: &[f64]| held.iter().all(|&j| x[j] == 0.0 || x[j].abs() < 1e-9 * largest_of(x));
+    let is_own = |x: &[f64]| held.iter().all(|&j| x[j] == 0.0 || x[j].abs() < 1e-9 * largest(x));
     let kept: Vec<bool> = modes.shapes.iter().map(|x| is_own(x)).collect();
     let mut keep = kept.iter();
     modes.omega.retain(|_| keep.next() == Some(&true));
@@ -71,10 +71,6 @@ fn orient(system: &System, phase: &Phase, modes: &mut Modes) {
     }
 }
 
-fn largest_of(x: &[f64]) -> f64 {
-    x.iter().fold(0.0f64, |m, x| m.max(x.abs()))
-}
-
 /// The same of a shape of `u_O` of the open body.
 pub(crate) fn grazing_of(system: &System, shape: &[f64]) -> Option<f64> {
     let mut full = vec![0.0; system.n()];
@@ -84,7 +80,7 @@ pub(crate) fn grazing_of(system: &System, shape: &[f64]) -> Option<f64> {
 
 /// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
 pub fn grazing_scale(system: &System, shape: &[f64]) -> Option<f64> {
-    let largest = largest_of(shape);
+    let largest = largest(shape);
     let contact = system.along_normals(shape).into_iter().zip(&system.constraints);
     let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, c)| c.gap / u);
     factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))

@@ -3,6 +3,7 @@
 //! Enumeration tries every basis; Clarabel minimises `wᵀ(N w + q)` over `w ≥ 0`, `N w + q ≥ 0` (for a symmetric
 //! `N` the half of it, whose optimality conditions *are* the problem). Neither shares code with the pivoting.
 
+use crate::fem::largest;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
@@ -63,7 +64,7 @@ fn scaled_clarabel(n: &DMatrix<f64>, q: &[f64], by_rows: bool) -> Option<Vec<f64
     let scale = |i: usize| if by_rows { n[(i, i)].abs() } else { stiffness };
     let scaled = DMatrix::from_fn(size, size, |i, j| n[(i, j)] / scale(i));
     let q: Vec<f64> = q.iter().enumerate().map(|(i, x)| x / scale(i)).collect();
-    let force = q.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let force = largest(&q);
     if size == 0 || force == 0.0 {
         return Some(vec![0.0; size]);
     }

@@ -24,7 +24,7 @@ use super::expansion::Expansion;
 use super::gram::gram;
 use super::inertia::ConstantMass;
 use super::lcp;
-use crate::fem::{Body, Csr, SpdFactor, load};
+use crate::fem::{Body, Csr, SpdFactor, largest, load};
 use crate::mesh::Point;
 
 /// The mass of the phases.
@@ -327,7 +327,7 @@ pub(super) fn bound_of_all(stiffness: &Csr, body: &Body, mass: &ConstantMass) ->
         stiffness.mul(&x, &mut y);
         square = stiffness.quadratic(&x) / reduced.quadratic(&x);
         mass.solve(&mut y, &mut scratch);
-        let size = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+        let size = largest(&y);
         x.iter_mut().zip(&y).for_each(|(x, y)| *x = y / size);
     }
     for _ in 0..40 {

@@ -7,6 +7,7 @@
 //! the force on the body whose group it is; what it meets has the opposite one.
 
 use super::system::System;
+use crate::fem::largest;
 use crate::mesh::Point;
 
 /// A contact point as it adds to the force of its group.
@@ -63,7 +64,7 @@ impl Resultants {
     /// Force and place of each group at the displacements `u`, one behind the other; a group without pressure (below 1e-12 of the terms that make it up: at
     /// switches rounding errors are all that is left) has no place: not a number.
     pub fn of(&self, pressure: &[f64], traction: &[f64], u: &[f64]) -> [Vec<f64>; 2] {
-        let size = u.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let size = largest(u);
         let (dim, count) = (self.dim, self.names.len());
         let (mut force, mut place) = (vec![0.0; dim * count], vec![0.0; dim * count]);
         let (mut sum, mut least) = (vec![0.0; count], vec![0.0; count]);

@@ -13,6 +13,7 @@ use crate::contact::lcp::UNITS;
 use crate::contact::{
     ContactError, Degenerate, Phase, PointState, Scratch, Selection, States, System,
 };
+use crate::fem::largest;
 
 /// How a switch was decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -82,10 +83,6 @@ pub struct Surface<'a> {
 
 /// Up to this many nodes all `2^k` sets are tried at the level of accelerations.
 const ENUMERATION_LIMIT: usize = 10;
-
-pub(super) fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0f64, |m, x| m.max(x.abs()))
-}
 
 impl Surface<'_> {
     /// Decide the degenerate nodes; the others keep their place in `present`.

@@ -10,8 +10,9 @@
 //! condition moves to the neighbouring state. Where `|r_t| = μ r_n` and `a_t = 0` both hold, as they do when a point breaks loose, the rate of
 //! `μ r_n ∓ r_t` in the phase in which it sticks decides.
 
-use super::classify::{ClassifyError, Decision, Surface, largest};
+use super::classify::{ClassifyError, Decision, Surface};
 use crate::contact::{MonitorKind, Phase, PointState, Scratch, States, System};
+use crate::fem::largest;
 
 /// Rounds in which all violating points change together; after these one at a time.
 const TOGETHER: usize = 10;

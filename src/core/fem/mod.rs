@@ -17,6 +17,7 @@ mod half;
 #[doc(hidden)]
 pub mod interpolate;
 pub(crate) mod kernel;
+mod largest;
 pub(crate) mod law;
 pub mod load;
 mod massless;
@@ -51,6 +52,7 @@ pub use factor::{SolveScratch, SpdFactor};
 pub use finer::{Finer, finer};
 pub use frame::{ContactPoint, Facing, Fix, FrameError, Held};
 pub use kernel::Kernel;
+pub(crate) use largest::largest;
 pub use law::{Material, StressState};
 pub use load::{Course, Harmonic, Loads, Measured};
 pub use massless::{Massless, motions_without_mass, standing_beside};

@@ -11,6 +11,7 @@ use super::held;
 use super::tableau::Tableau;
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, Scratch, System};
+use crate::fem::largest;
 
 /// Tolerances of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -211,7 +212,6 @@ impl<'a> RungeKutta<'a> {
                     error[..2 * n].iter_mut().zip(k).for_each(|(e, k)| *e += w * k);
                 }
             }
-            let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             let [u, v] = [largest(&error[..n]) / scales[0], largest(&error[n..2 * n]) / scales[1]];
             (u * u).max(v * v)
         };

@@ -21,7 +21,7 @@ use super::motion;
 use super::oscillator::Oscillator;
 use super::sliding::{Coupled, SlidingMotion};
 use crate::contact::{Drive, Lost, Monitor, Phase, PointState, Rayleigh, Slider, States, System};
-use crate::fem::{Csr, FemError, Harmonic, Loads, Pivots, dense, eigen};
+use crate::fem::{Csr, FemError, Harmonic, Loads, Pivots, dense, eigen, largest};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
 #[derive(Debug)]
@@ -243,8 +243,7 @@ impl Spectrum {
                 let outer = (if apart { basis.stuck.rigid } else { 0 }, frozen);
                 // rigid motions among the others are eigenvalues that vanish: what pushes one for good has no steady response
                 let free = basis.omega[..moving].iter().take_while(|w| **w == 0.0).count();
-                let size = |f: &[f64]| f.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-                let pushed = size(&steady_force[..free]) > PUSHED * size(&steady_force);
+                let pushed = largest(&steady_force[..free]) > PUSHED * largest(&steady_force);
                 if outer.0 < free && (pushed || slips && free > 0) {
                     return Err(FemError::Dependent { size: basis.omega.len() });
                 }

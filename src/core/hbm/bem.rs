@@ -21,7 +21,7 @@ use faer::linalg::solvers::Solve;
 
 use crate::contact::System;
 use crate::continuation::norm;
-use crate::fem::{Material, StressState};
+use crate::fem::{Material, StressState, largest};
 
 /// A bar and how its contact is weighted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -160,7 +160,7 @@ impl BarBalance {
             let r = cosines.transpose() * balance * faer::Scale(share);
             let size = norm(&p).max(f64::MIN_POSITIVE);
             residual = (0..=m).map(|j| r[(j, 0)].abs()).fold(0.0, f64::max) / size;
-            let largest = p.iter().fold(0.0f64, |m, p| m.max(p.abs()));
+            let largest = largest(&p);
             if largest <= TOLERANCE * self.gap.abs() * self.stiffness / self.length {
                 return Err(NoBarSeries::AtRest);
             }

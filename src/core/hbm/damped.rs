@@ -28,6 +28,7 @@ use super::viscous::Fed;
 use super::{Form, HbmError, Reduction};
 use crate::contact::{PointState, States, System};
 use crate::continuation::{dot, norm};
+use crate::fem::largest;
 use crate::flow::spectrum::Spectrum;
 use crate::orbit::least_change;
 use crate::records::GapReason;
@@ -144,7 +145,7 @@ impl DampedMode {
     pub fn reach(&self) -> f64 {
         let rest = vec![0.0; self.reduction.n()];
         let u = self.reduction.state(&self.stuck.1, &rest, 1.0).u;
-        u.iter().fold(0.0, |m, u| m.max(u.abs()))
+        largest(&u)
     }
 
     /// `D_k` of all coordinates; at `k = 1` the pinned one is held.

@@ -24,8 +24,8 @@ use nalgebra::Complex;
 
 use super::drift::Drift;
 use crate::contact::{ContactError, Rayleigh, State, States, System};
-use crate::fem::FemError;
 use crate::fem::dense::product;
+use crate::fem::{FemError, largest};
 use crate::flow::cache::Cache;
 use crate::flow::spectrum::{Spectra, Spectrum};
 
@@ -305,7 +305,7 @@ impl Propagator {
         }
         let mut x = self.state(z);
         let touching = self.system.select(0.0, &x.u, &self.home_set)?.set;
-        let least = RESTS * x.v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let least = RESTS * largest(&x.v);
         let mut rests = false;
         for t in touching.closed_points().into_iter().filter_map(|i| self.system.rigid_tangent(i)) {
             if t.slip_velocity(&x.v).abs() <= least {

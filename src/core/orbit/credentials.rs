@@ -16,6 +16,7 @@ use super::walk::Walk;
 use crate::contact::{MonitorKind, OMITTED_INERTIA, Phase, State, States, System};
 use crate::continuation::norm;
 use crate::event::{Observer, Rubbed, Sample, Switch};
+use crate::fem::largest;
 
 /// Stored states of a check.
 const SAMPLES: usize = 200;
@@ -201,7 +202,7 @@ impl Observer for Scan<'_> {
         let switched = self.last.last().is_some_and(|(_, states, _)| states != s.active);
         let at_points = system.at_points(s.u);
         let moved = system.beside_rest(&at_points);
-        let amplitude = moved.iter().fold(0.0f64, |m, u| m.max(u.abs()));
+        let amplitude = largest(&moved);
         if switched || s.jumps != self.jumps {
             self.amplitude.switch(s.t, amplitude);
             self.energy.switch(s.t, energy - (s.jumps - self.jumps));
@@ -275,7 +276,7 @@ fn amplitude_along(system: &System, walk: &Walk, phases: &[Phase], t: f64) -> f6
     let mut u = vec![0.0; system.n()];
     phase.expand_displacement(t, &u_o, &mut u);
     let moved = system.beside_rest(&system.at_points(&u));
-    moved.iter().fold(0.0, |m, u| m.max(u.abs()))
+    largest(&moved)
 }
 
 /// Integrate a candidate over a period and write down what it is; `multipliers` only where they are asked for.

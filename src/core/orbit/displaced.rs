@@ -15,6 +15,7 @@ use super::search::{Verdict, judge};
 use super::shooting::Closure;
 use crate::contact::phase_modes;
 use crate::continuation::correct;
+use crate::fem::largest;
 
 /// A shape that moves the contact by less than this part of its largest displacement does not move it.
 const STILL: f64 = 1e-9;
@@ -28,7 +29,7 @@ fn displaced(body: &Propagator, pin: Pin, displacement: f64) -> Option<Vec<f64>>
     let shape = body.home.shapes.col_as_slice(pin.mode);
     let mut full = vec![0.0; body.system.n()];
     body.system.phase(&body.home_set).expand(shape, &mut full);
-    let largest = full.iter().fold(0.0f64, |m, u| m.max(u.abs()));
+    let largest = largest(&full);
     let along = body.system.along_normals(&full).into_iter();
     let lead = along.fold(0.0f64, |m, u| if u.abs() > m.abs() { u } else { m });
     let mut z = vec![0.0; 2 * n];

@@ -29,6 +29,7 @@ use super::section::later;
 use super::shooting::{Closure, image, jacobian};
 use super::{OrbitError, tolerate};
 use crate::continuation::{dot, norm};
+use crate::fem::largest;
 use crate::records::CurveOf;
 
 /// Most steps of Newton's method.
@@ -190,7 +191,7 @@ impl Torus {
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
             let (r, j) = now.system(body, self, given)?;
-            let size = r.iter().fold(0.0f64, |m, x| m.max(x.abs())) / scale;
+            let size = largest(&r) / scale;
             if size <= CLOSED {
                 return Ok(Some(now));
             }
