@@ -282,7 +282,7 @@ impl Conditions {
         degenerate: &[usize],
         rates: Rates,
     ) -> Result<(States, Vec<usize>), LcpError> {
-        let size = largest(&rates.x) + rates.blur;
+        let size = largest(rates.x) + rates.blur;
         let load = |d: usize| rates.load.map_or(0.0, |p| p[d]);
         let (own, signs): (Vec<usize>, Vec<f64>) =
             degenerate.iter().map(|&i| self.points[i]).unzip();

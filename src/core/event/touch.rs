@@ -38,18 +38,18 @@ impl<O: Observer> Run<'_, O> {
             }
             let point = monitor.point;
             let level = self.search.rounding[index] * (NEAR_MISS / UNITS);
-            if !self.search.armed[point] {
+            let is_armed = self.search.armed[point];
+            if is_armed && self.search.least[index] > level {
+                continue;
+            }
+            let miss = is_armed
+                .then(|| find::near_miss(self.flow, index, level, window, resolution))
+                .flatten();
+            if !is_armed || miss.is_some() {
                 let end = self.flow.enclose(index, window.1, window.1);
                 self.search.armed[point] = end.polynomial.coefficients()[0] > DEPARTURE * level;
-                continue;
             }
-            if self.search.least[index] > level {
-                continue;
-            }
-            if let Some((t, distance)) =
-                find::near_miss(self.flow, index, level, window, resolution)
-            {
-                self.search.armed[point] = false;
+            if let Some((t, distance)) = miss {
                 self.push_grazing(t, point, distance, GrazingKind::NearMiss)?;
             }
         }

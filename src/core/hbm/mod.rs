@@ -31,7 +31,6 @@ mod crossing;
 #[doc(hidden)]
 pub mod damped;
 pub(crate) mod dynamic;
-mod factored;
 mod impedance;
 pub(crate) mod interface;
 pub mod modes;

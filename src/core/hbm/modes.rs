@@ -3,14 +3,11 @@
 //! `D_k` is diagonal, so is `Ĝ_k = Q̂ᵀD_k⁻¹Q` a sum over modes, and a guess need not be a motion of the open body under any interface terms. At an exact resonance
 //! `ω_i = kω` of the open body `D_k` is singular; there the whole system is solved.
 
-use std::cell::RefCell;
-
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
 use super::HbmError;
 use super::balance::{Balance, Quadrature};
-use super::factored::Factored;
 use super::impedance::Impedance;
 use super::newton::{Settings, conclude, condensed, damped, on_terms};
 use super::receptance::{Receptance, Rigid, load_series};
@@ -194,10 +191,9 @@ pub fn solve(
         let (r, size) = residual(reduction, &linear, &q, &balance.n);
         Ok(Whole { q, y, balance, r, size })
     };
-    let factor = RefCell::new(None);
     let step = |at: &Whole| match settings.full || linear.nearness < RESONANCE {
         true => full_step(reduction, &linear, &at.q, &at.balance, &at.r),
-        false => condensed_step(reduction, &linear, &at.q, &at.y, &at.balance, &factor),
+        false => condensed_step(reduction, &linear, &at.q, &at.y, &at.balance),
     };
     let trial = |at: &Whole, step: &[f64], lambda: f64| {
         let mut q = at.q.clone();
@@ -227,9 +223,8 @@ fn condensed_step(
     q: &Series,
     y: &Series,
     balance: &Balance,
-    factor: &RefCell<Option<Factored>>,
 ) -> Vec<f64> {
-    let n = condensed(&linear.receptance, (y, None), balance, &mut factor.borrow_mut());
+    let n = condensed(&linear.receptance, (y, None), balance);
     let next = linear.solve(reduction, &n);
     next.a.iter().zip(&q.a).map(|(a, b)| a - b).collect()
 }

@@ -9,13 +9,12 @@
 //! (Woodbury): exact, with `r` unknowns a function; `ĉ − Ĝ n` is what the open body answers ([`Receptance`]). Where forces of friction are unknowns, `N(y, n)`, the matrix has
 //! `−∂N/∂n` and the right-hand side `−∂N/∂n n` besides, and the positions of rigid motions are unknowns too.
 
-use std::cell::RefCell;
-
-use faer::Mat;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::{Mat, Par};
 
 use super::HbmError;
 use super::balance::{Balance, Quadrature};
-use super::factored::Factored;
 use super::interface::Interface;
 use super::receptance::{Receptance, Rigid};
 use super::rubbing::Along;
@@ -50,7 +49,7 @@ impl Default for Settings {
 }
 
 /// Where a residual was below this, the step behind it ends at rounding errors: it is quadratic there.
-const LAST: f64 = 1e-6;
+const LAST: f64 = 1e-7;
 
 /// Newton's method with steps that are shortened where the residual would grow. Returns the last iterate and the number of steps.
 pub(super) fn damped<I>(
@@ -126,44 +125,34 @@ pub(super) fn jacobian(receptance: &Receptance, balance: &Balance) -> Mat<f64> {
     }
 }
 
+/// `A⁻¹ b`, in the place of both.
+fn solved(mut a: Mat<f64>, mut b: Mat<f64>) -> Mat<f64> {
+    let n = a.nrows();
+    let (mut forth, mut back) = (vec![0usize; n], vec![0usize; n]);
+    let of_factor = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default());
+    let of_solution = solve::solve_in_place_scratch::<usize, f64>(n, b.ncols(), Par::Seq);
+    let mut memory = MemBuffer::new(of_factor.or(of_solution));
+    let stack = MemStack::new(&mut memory);
+    let (at, params) = (a.as_mut(), Default::default());
+    let (_, rows) = factor::lu_in_place(at, &mut forth, &mut back, Par::Seq, stack, params);
+    solve::solve_in_place(a.as_ref(), a.as_ref(), rows, b.as_mut(), Par::Seq, stack);
+    b
+}
+
 /// The interface terms of the next iterate, `(I + N′Ĝ − ∂N/∂n) n = N + N′(ĉ − y) − ∂N/∂n n`; `last` are those of this one, of which a guess has none.
-/// The factor of an earlier step solves with this one's matrix where it has changed little.
 pub(super) fn condensed(
     receptance: &Receptance,
     (y, last): (&Series, Option<&Series>),
     balance: &Balance,
-    factor: &mut Option<Factored>,
 ) -> Series {
     if balance.is_open {
         return balance.n.clone();
     }
-    let (b, mut n) = (right(receptance, (y, last), balance), balance.n.clone());
-    let residual = |x: &Mat<f64>| &b - product(receptance, balance, x);
-    let column = |n: &Series| Mat::from_fn(n.a.len(), 1, |i, _| n.a[i]);
-    let of_earlier = factor.take_if(|f| f.is_worth_keeping()).and_then(|f| {
-        let x = f.corrected(column(last.unwrap_or(&balance.n)), residual)?;
-        *factor = Some(f);
-        Some(x)
-    });
-    let solution = of_earlier.unwrap_or_else(|| {
-        let now = Factored::new(jacobian(receptance, balance));
-        let x = now.solve(b.clone());
-        *factor = Some(now);
-        x
-    });
+    let a = jacobian(receptance, balance);
+    let solution = solved(a, right(receptance, (y, last), balance));
+    let mut n = balance.n.clone();
     n.a.iter_mut().enumerate().for_each(|(i, n)| *n = solution[(i, 0)]);
     n
-}
-
-/// `(I + N′Ĝ − ∂N/∂n) x`, without the matrix.
-fn product(receptance: &Receptance, balance: &Balance, x: &Mat<f64>) -> Mat<f64> {
-    let n = Series { a: x.col_as_slice(0).to_vec(), ..balance.n.clone() };
-    let through = receptance.moved(&n);
-    let mut out = x - &balance.derivative * Mat::from_fn(through.a.len(), 1, |i, _| through.a[i]);
-    if let Some(by_n) = &balance.by_n {
-        out -= by_n * x;
-    }
-    out
 }
 
 /// The interface terms of the next iterate and the positions of rigid motions: of all that solve the linear system (friction holds families of positions) those that differ least from
@@ -238,13 +227,9 @@ pub(super) fn on_terms(
 ) -> Result<Result<Solution, GapReason>, HbmError> {
     let start = Along { interface, y: guess, n: None, omega };
     let balance = Balance::new(&start, settings.quadrature)?;
-    let factor = RefCell::new(None);
     let next = |y: &Series, last: (&Series, &[f64]), balance: &Balance| match &receptance.rigid {
         Some(rigid) => condensed_with(rigid, receptance, (y, last), balance),
-        None => {
-            let factor = &mut factor.borrow_mut();
-            Ok((condensed(receptance, (y, Some(last.0)), balance, factor), vec![]))
-        }
+        None => Ok((condensed(receptance, (y, Some(last.0)), balance), vec![])),
     };
     let nothing = Series::zeros(guess.basis, guess.n_h, interface.rank());
     let still = vec![0.0; receptance.rigid.as_ref().map_or(0, |r| r.forces.len())];

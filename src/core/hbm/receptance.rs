@@ -105,27 +105,13 @@ impl Receptance {
 
     /// `y = ĉ − Ĝ n`; without interface terms the linear response.
     pub fn answer(&self, n: Option<&Series>) -> Series {
-        self.respond(true, n)
-    }
-
-    /// `−Ĝ n`
-    pub(super) fn moved(&self, n: &Series) -> Series {
-        self.respond(false, Some(n))
-    }
-
-    /// `ĉ − Ĝ n`, or without the loads.
-    fn respond(&self, is_loaded: bool, n: Option<&Series>) -> Series {
         let r = self.rank();
         let mut y = Series::zeros(self.basis, self.n_h, self.rank_in());
         for (k, [re, im]) in self.g.iter().enumerate() {
             let (cos, sin) = self.basis.places(k);
             let pair =
                 |x: &Series, i: usize| c64::new(x.of(cos)[i], -sin.map_or(0.0, |sin| x.of(sin)[i]));
-            let of_loads = |x: &Series, i: usize| match is_loaded {
-                true => pair(x, i),
-                false => c64::new(0.0, 0.0),
-            };
-            let mut first: Vec<c64> = (0..r).map(|i| of_loads(&self.c, i)).collect();
+            let mut first: Vec<c64> = (0..r).map(|i| pair(&self.c, i)).collect();
             if let Some(n) = n {
                 for j in 0..r {
                     let nj = pair(n, j);
@@ -145,7 +131,7 @@ impl Receptance {
                 put(i, y1);
                 if let Some((f, factors)) = &self.second {
                     let (sigma, mu) = factors[k];
-                    let force = of_loads(f, i) - n.map_or(c64::new(0.0, 0.0), |n| pair(n, i));
+                    let force = pair(f, i) - n.map_or(c64::new(0.0, 0.0), |n| pair(n, i));
                     put(r + i, mu * (force + sigma * y1));
                 }
             }

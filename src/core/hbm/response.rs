@@ -422,8 +422,8 @@ fn started(
             return Ok(Some((s, Origin::Started)));
         }
     }
-    let rubs = body.interface().rubs();
-    for from in WAYS_IN.into_iter().filter(|_| rubs) {
+    let is_forced = body.interface().basis == Basis::Full;
+    for from in WAYS_IN.into_iter().filter(|_| is_forced) {
         let found = walked_in(body, (omega, from), settings)?;
         body.set_frequency(omega);
         if let Some(s) = found {
@@ -433,7 +433,7 @@ fn started(
     Ok(None)
 }
 
-/// Frequencies over that which is asked for from which bodies with friction are followed: away from a resonance nothing slips, or all does.
+/// Frequencies over that which is asked for from which forced bodies are followed: away from a resonance nothing touches or slips, or all does.
 const WAYS_IN: [f64; 2] = [2.0, 0.5];
 
 /// Steps on such a way.
@@ -504,7 +504,8 @@ fn attempt(
         }
     }
     // few harmonics may have no solution where many have one
-    if body.interface().basis == Basis::Full && below.is_none() && guesses.is_empty() {
+    let is_first = below.is_none() && guesses.is_empty();
+    if body.interface().basis == Basis::Full && is_first && n_h > 1 {
         match body.solve(&at_rest(body, n_h), omega, settings)? {
             Ok(s) => return Ok(Ok((s, Origin::Started))),
             Err(e) => failure = e,
