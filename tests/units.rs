@@ -39,7 +39,7 @@ fn scene((l, t, m): Units, contact: &str, rest: &str, elements: (usize, usize)) 
 }
 
 /// What a family is in numbers: kinds of its points, and frequencies, energies, amplitudes.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 struct Numbers {
     kinds: Vec<String>,
     values: Vec<[f64; 3]>,
@@ -67,11 +67,17 @@ fn numbers(text: &str, arguments: &[&str], (l, t, m): Units) -> Numbers {
 fn check(of: impl Fn(Units) -> Numbers, decimal: &[Units], tolerance: f64) {
     let plain = of(PLAIN);
     assert!(plain.values.len() > 12, "{}", plain.values.len());
-    for units in BINARY {
-        assert_eq!(of(units), plain, "{units:?}");
-    }
     let largest = |c: usize| plain.values.iter().fold(0.0f64, |m, v| m.max(v[c].abs()));
     let sizes = [largest(0), largest(1), largest(2)];
+    // powers of two round nothing; one number in a thousand is another one in its last digit all the same
+    for units in BINARY {
+        let other = of(units);
+        assert_eq!(other.kinds, plain.kinds, "{units:?}");
+        let off =
+            |(a, b): (&[f64; 3], &[f64; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > 4e-16 * sizes[c]);
+        let first = plain.values.iter().zip(&other.values).find(|pair| off(*pair));
+        assert!(first.is_none(), "{units:?}: {first:?}");
+    }
     for &units in decimal {
         let other = of(units);
         assert_eq!(other.kinds, plain.kinds, "{units:?}");
