@@ -1,6 +1,6 @@
 //! Harmonic balance against finite differences, the numbers of an independent program, and true orbits.
 
-use crate::common::{random, shipped};
+use crate::common::{json, random, root, shipped};
 use signorini::continuation::Go;
 use signorini::hbm::check::{Candidate, Likeness, check, series_of_orbit};
 use signorini::hbm::modes::{directional, solve};
@@ -312,4 +312,34 @@ fn samples_approximate_the_event_resolved_balance() {
         errors.push(e);
     }
     assert!(errors[0] < 0.05 && errors[1] < 0.25 * errors[0], "{errors:?}");
+}
+
+/// A response that begins in the midst of contact: on a fine mesh Newton's method does not come there from rest, and goes by way of frequencies at which nothing touches. The solutions are
+/// those of a coarser mesh, where it does.
+#[test]
+fn a_forced_response_begins_in_contact() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(root().join("scenarios/half-plate-response.toml")).unwrap();
+    let points = |elements: &str| -> Vec<[f64; 2]> {
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        let scene = text.replace("elements = [10, 3]", &format!("elements = {elements}"));
+        std::fs::write(path("scene.toml"), scene).unwrap();
+        let words = ["--method", "hbm", "--harmonics", "3", "--ratios", "0.02", "--step", "0.1"];
+        let (scene, output) = (path("scene.toml"), path("out.h5"));
+        let rest = ["--range", "1.60,1.61", "-q", "--force", "-o", &output];
+        let answer = json(&[&["response", &scene], &words[..], &rest].concat());
+        let numbers = |p: &serde_json::Value| {
+            assert_eq!(p["converged"], true, "{elements}: {p}");
+            ["energy", "amplitude"].map(|key| p[key].as_f64().unwrap())
+        };
+        answer["points"].as_array().unwrap().iter().map(numbers).collect()
+    };
+    let (fine, coarse) = (points("[60, 20]"), points("[40, 20]"));
+    assert_eq!((fine.len(), coarse.len()), (4, 4));
+    for (a, b) in fine.iter().zip(&coarse) {
+        assert!(
+            (a[0] / b[0] - 1.0).abs() < 0.02 && (a[1] / b[1] - 1.0).abs() < 0.02,
+            "{a:?} {b:?}"
+        );
+    }
 }
