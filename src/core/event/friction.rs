@@ -437,7 +437,7 @@ mod tests {
         let order = Order::Displacement;
         let decision = Decision { set, held, order, grazing, ambiguous: None };
         let done = surface.rub(decision, trigger, &mut system.scratch())?;
-        Ok((0..POINTS).map(|i| done.set.at(i)).collect())
+        Ok(done.set.iter().collect())
     }
 
     const STUCK: [PointState; POINTS] = [PointState::Stick; POINTS];
@@ -567,19 +567,8 @@ mod tests {
         let said = |present: PointState, force: f64, v: f64, trigger: Option<MonitorKind>| {
             // the place that holds it stands at zero
             let (u, v) = ([0.5 * force, 0.0], [v, 0.0]);
-            let phase = system.phase(&states(&[present]));
-            let surface = Surface {
-                system: &system,
-                phase: &phase,
-                t: 0.0,
-                u_o: &u,
-                v_o: &v,
-                resolution: RESOLUTION,
-            };
-            let (set, order) = (states(&[present]), Order::Displacement);
-            let decision = Decision { set, held: vec![], order, grazing: vec![], ambiguous: None };
             let trigger = trigger.map(|kind| (0, kind));
-            surface.rub(decision, trigger, &mut system.scratch()).unwrap().set.at(0)
+            rubbed(&system, (&u, &v), &[present], trigger).unwrap()[0]
         };
         for (sigma, slips) in [(1.0, SlipPlus), (-1.0, SlipMinus)] {
             // within its limit it sticks, whatever the velocity
@@ -608,14 +597,8 @@ mod tests {
         let mut driven = jenkins();
         driven.loads_mut().push(vec![20.0, 0.0], None, 0.0);
         let (u, v) = ([2.0, 0.0], [0.0, 0.0]);
-        let phase = driven.phase(&states(&[SlipPlus]));
-        let (system, phase) = (&driven, &phase);
-        let surface = Surface { system, phase, t: 0.0, u_o: &u, v_o: &v, resolution: RESOLUTION };
-        let (set, order) = (states(&[SlipPlus]), Order::Displacement);
-        let decision = Decision { set, held: vec![], order, grazing: vec![], ambiguous: None };
         let trigger = Some((0, MonitorKind::Slip));
-        let after = surface.rub(decision, trigger, &mut driven.scratch()).unwrap();
-        assert_eq!(after.set.at(0), SlipPlus);
+        assert_eq!(rubbed(&driven, (&u, &v), &[SlipPlus], trigger).unwrap(), [SlipPlus]);
     }
 
     /// What sticks moves with its surface to the last digit; springs that stick are within their limits, and what they remember has no velocity.

@@ -67,9 +67,8 @@ impl Ledger {
     }
 
     /// Judge its rest by no less than rounding of terms of this size leaves behind.
-    pub(crate) fn among(mut self, size: f64) -> Ledger {
-        self.scale = self.scale.max(LEAST * size);
-        self
+    pub(crate) fn among(self, size: f64) -> Ledger {
+        self.above(LEAST * size)
     }
 
     /// Judge its rest by no less than an energy that is none.

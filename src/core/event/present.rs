@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::contact::Phase;
+use crate::fem::largest;
 use crate::flow::{Flow, Layout};
 
 /// The present state.
@@ -81,11 +82,11 @@ impl Present {
 
     /// Largest velocity that is known.
     pub(crate) fn largest_v(&self) -> f64 {
-        self.v_o()[self.known()].iter().fold(0.0, |m, x| m.max(x.abs()))
+        largest(&self.v_o()[self.known()])
     }
 
     /// Largest displacement that is known.
     pub fn largest_u(&self) -> f64 {
-        self.u_o()[self.known()].iter().fold(0.0, |m, x| m.max(x.abs()))
+        largest(&self.u_o()[self.known()])
     }
 }
