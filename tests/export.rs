@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::common::root;
+use crate::common::{json, root};
 use serde_json::Value;
 use signorini::report::export::{self, Format, Plan, Selection};
 use signorini::store::Stored;
@@ -94,12 +94,30 @@ fn the_stress_of_linear_fields_is_hookes() {
         let mises = (xx * xx - xx * yy + yy * yy + 3.0 * xy * xy).sqrt();
         let found = dataset(&heavy, "/states/000000/von_mises");
         assert!(found.len() == 15 && found.iter().all(|s| (s - mises).abs() < 1e-15));
+        // the largest of all states and elements, which `inspect` tells
+        let said = json(&["inspect", place.path().join(format!("{name}.h5")).to_str().unwrap()]);
+        let states = said["states"].as_u64().unwrap();
+        let of_state = |k: u64| dataset(&heavy, &format!("/states/{k:06}/von_mises"));
+        let all: Vec<Vec<f64>> = (0..states).map(of_state).collect();
+        let largest = all.iter().flatten().fold(0.0f64, |m, s| m.max(*s));
+        let told = &said["largest_stress"];
+        assert_eq!(told["von_mises"].as_f64(), Some(largest));
+        let at = all.iter().position(|s| s.contains(&largest)).unwrap();
+        assert_eq!(told["element"].as_u64().map(|e| all[at][e as usize]), Some(largest));
+        assert_eq!(told["place"].as_array().unwrap().len(), 2);
     }
     let body = "kind = 'bar'\nsize = [2.0]\nelements = [8]\nyoung = 3.0\ndensity = 1.0\narea = 0.5";
     run(place.path(), "bar", &linear(body, "['-0.04*x']"));
     fine(place.path(), &["export", "bar.h5", "--format", "xdmf"]);
     let found = dataset(&place.path().join("bar.xdmf.h5"), "/states/000000/stress");
     assert!(found.len() == 8 && found.iter().all(|s| (s + 0.12).abs() < 1e-15), "{found:?}");
+    let said = json(&["inspect", place.path().join("bar.h5").to_str().unwrap()]);
+    let heavy = place.path().join("bar.xdmf.h5");
+    let states = (0..said["states"].as_u64().unwrap())
+        .flat_map(|k| dataset(&heavy, &format!("/states/{k:06}/stress")));
+    let largest = states.fold(0.0f64, |m, s| m.max(s.abs()));
+    assert!(largest >= 0.12 - 1e-15);
+    assert_eq!(said["largest_stress"]["von_mises"].as_f64(), Some(largest));
 }
 
 /// Every time and value of CSV, VTU and XDMF as `meshio` (and VTK, if it is there) read them, against the run's file.

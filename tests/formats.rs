@@ -88,6 +88,10 @@ fn files_of_several_matrices_say_what_they_have() {
         ("super", "super.op4", "KAA", "trace_K"),
         ("block", "block.mat", "M", "trace_M"),
         ("brick", "brick_dense.mat", "K", "trace_K"),
+        ("brick", "brick_4.mat", "K", "trace_K"),
+        // sparse: its blocks on the diagonal
+        ("brick", "brick_4.mat", "S", "trace_K"),
+        ("brick", "brick_arrays.npz", "K", "trace_K"),
         ("brick_sub", "brick_sub.mtx", "STIFFNESS", "trace_K"),
     ] {
         let said = json(&["inspect", &format!("{}:/{which}", sample(file))]);
@@ -106,14 +110,25 @@ fn files_of_several_matrices_say_what_they_have() {
             assert_eq!(names[0], check["first_dof"]);
         }
     }
-    for (file, list) in
-        [("super.pch", "KAAX, MAAX"), ("block.mat", "K, M"), ("super.op4", "KAA, MAA")]
-    {
+    let own = |name: &str| read_matrix(&std::fs::read(sample(name)).unwrap(), None).unwrap();
+    let [little, big] = ["brick_dense.mat", "brick_4_big_endian.mat"].map(own);
+    assert_eq!(little.matrix, big.matrix);
+    for (file, list) in [
+        ("super.pch", "KAAX, MAAX"),
+        ("block.mat", "K, M"),
+        ("super.op4", "KAA, MAA"),
+        ("brick_4.mat", "K, S"),
+    ] {
         let bytes = std::fs::read(sample(file)).unwrap();
         let why = read_matrix(&bytes, None).unwrap_err();
         assert!(why.contains(list) && why.contains("FILE:/K"), "{why}");
         let why = read_matrix(&bytes, Some("B")).unwrap_err();
         assert!(why.contains("no matrix B") && why.contains(list), "{why}");
+        let said = json(&["inspect", &sample(file)]);
+        let named = said["matrices"].as_array().unwrap().iter();
+        let square = named.filter(|m| m["shape"][0] == m["shape"][1] && m["shape"][0] != 1);
+        let names: Vec<&str> = square.map(|m| m["name"].as_str().unwrap()).collect();
+        assert_eq!(names.join(", "), list);
     }
 }
 
@@ -380,6 +395,8 @@ fn damaged_files_are_refused() {
         "block_M.npz",
         "block.mat",
         "brick_dense.mat",
+        "brick_4.mat",
+        "brick_arrays.npz",
         "super.pch",
         "super_hand.pch",
         "super.op4",

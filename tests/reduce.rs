@@ -35,9 +35,20 @@ fn a_reduced_body_comes_back_from_its_arrays() {
         let whole = times(&solved(folder.path(), "plate", &plate));
         assert!(whole.len() > 10, "{whole:?}");
         let scene = folder.path().join("plate.toml").display().to_string();
-        for ending in ["h5", "mat"] {
+        for ending in ["h5", "mat", "npz"] {
             let file = folder.path().join(format!("rom.{ending}"));
             let said = json(&["reduce", &scene, "-o", file.to_str().unwrap(), "--force"]);
+            // what the file says of itself
+            let held = json(&["inspect", file.to_str().unwrap()]);
+            let key = if ending == "h5" { "arrays" } else { "matrices" };
+            let names = |all: &Value| -> Vec<String> {
+                let all = all.as_array().unwrap().iter();
+                let mut names: Vec<String> =
+                    all.map(|a| a["name"].as_str().unwrap().replace('/', "")).collect();
+                names.sort();
+                names
+            };
+            assert_eq!(names(&held[key]), names(&said["arrays"]), "{ending}");
             let shape = |name: &str| -> Option<[usize; 2]> {
                 let all = said["arrays"].as_array().unwrap();
                 let own = all.iter().find(|a| a["name"] == name)?;
@@ -68,6 +79,8 @@ fn a_reduced_body_comes_back_from_its_arrays() {
                 assert!((a - b).abs() < 1e-7, "{reduction} {ending}: {a} {b}");
             }
         }
+        let kept = run(&["inspect", folder.path().join("rom.h5").to_str().unwrap(), "--scene"]);
+        assert_eq!(String::from_utf8_lossy(&kept.stdout).trim(), plate.trim());
         // what stands there and is not ours stays
         let other = folder.path().join("other.mat");
         std::fs::write(&other, "somebody's").unwrap();

@@ -298,6 +298,7 @@ fn kind(path: &Path) -> &'static str {
         Ok(Content::Curves) => "curves",
         Ok(Content::Comparison) => "`compare`",
         Ok(Content::Study) => "a study",
+        Ok(Content::Arrays) => "matrices for other programs",
         Err(_) => "another kind",
     }
 }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -12,6 +12,7 @@ use signorini::event::SwitchKind;
 use signorini::records::{Branch, OrbitRecord, PointKind, PointRecord};
 use signorini::report::comparison;
 use signorini::report::crosscheck::{Tally, by_harmonics};
+use signorini::report::export::largest_stress;
 use signorini::report::summary::{kinds_of_switches, plural, significant};
 use signorini::store::{
     Content, Held, Origin, Raw, Stored, StoredFamily, attributes, content, entries, held,
@@ -39,6 +40,47 @@ pub struct Arguments {
     datasets: bool,
 }
 
+/// What a file says of itself, by the name of what is asked.
+fn said_by(file: &Path) -> Result<impl Fn(&str) -> String, CliError> {
+    let of_file = attributes(file, "")?;
+    Ok(move |name: &str| match of_file.iter().find(|a| a.0 == name) {
+        Some((_, Raw::Words(words))) => words.first().cloned().unwrap_or_default(),
+        _ => String::new(),
+    })
+}
+
+/// Matrices for other programs.
+fn arrays(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    let file = &arguments.file;
+    let text = said_by(file)?;
+    if arguments.scene && !global.json {
+        return Ok(Answer::text(text("scene")));
+    }
+    let all = held(file)?;
+    let size = |h: &Held| h.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
+    Ok(global.answer(
+        || {
+            let object = |h: &Held| json!({"name": h.name, "shape": h.shape, "description": h.description});
+            json!({
+                "arrays": all.iter().map(object).collect::<Vec<_>>(), "scene": text("scene"),
+                "version": text("signorini_version"),
+            })
+        },
+        || {
+            let mut out = format!("  made by     signorini {}\n", text("signorini_version"));
+            for h in &all {
+                let (name, about) = (h.name.trim_start_matches('/'), &h.description);
+                let _ = writeln!(out, "  {name:<12}{:<14}{about}", size(h));
+            }
+            let lines = text("scene").lines().count();
+            let name = file.display();
+            let _ = writeln!(out, "  scene       {lines} lines (print it with --scene)");
+            let _ = writeln!(out, "  next        h5py.File(\"{name}\")[\"K\"][:], or in a scene stiffness_matrix = \"{name}:/K\"");
+            out
+        },
+    ))
+}
+
 /// What the tasks of a study found.
 fn study(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let file = &arguments.file;
@@ -49,14 +91,7 @@ fn study(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let names = |group: &str| -> Result<Vec<String>, CliError> {
         Ok(entries(file, group)?.into_iter().map(|e| e.name).collect())
     };
-    let of_file = attributes(file, "")?;
-    let text = |name: &str| {
-        let found = of_file.iter().find(|a| a.0 == name).map(|a| &a.1);
-        match found {
-            Some(Raw::Words(words)) => words.first().cloned().unwrap_or_default(),
-            _ => String::new(),
-        }
-    };
+    let text = said_by(file)?;
     if arguments.scene && !global.json {
         return Ok(Answer::text(text("scene")));
     }
@@ -131,6 +166,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         Content::Curves => return curve::inspect(&arguments.file, arguments.scene, global),
         Content::Comparison => return compared(arguments, global),
         Content::Study => return study(arguments, global),
+        Content::Arrays => return arrays(arguments, global),
         Content::Run | Content::Orbit => {}
     }
     let s = Stored::read(&arguments.file)?;
@@ -147,16 +183,22 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         0 => String::new(),
         count => format!(", {}", plural(count, "slider", "sliders")),
     };
+    let stress = largest_stress(&s);
     Ok(global.answer(
         || {
             let mut json = json!({
                 "title": s.title, "status": s.status, "version": s.version, "created": s.created,
                 "command": s.command, "scene": s.scene, "states": s.t.len(), "t": span,
-                "n_dof": s.n_displacements(), "n_kept": s.n_kept(), "n_contact": s.gap.len(), "n_sliders": n_sliders, "nodes": s.nodes.nrows(),
+                "n_dof": s.n_displacements(), "n_kept": s.n_kept(), "n_contact": s.facing(), "n_sliders": n_sliders, "nodes": s.nodes.nrows(),
                 "elements": s.elements.nrows(), "switches": s.switch_t.len(), "grazings": s.grazings,
             });
             if let Some(o) = &orbit {
                 json["orbit"] = orbit_json(o);
+            }
+            if let Some(s) = stress {
+                json["largest_stress"] = json!({
+                    "von_mises": s.von_mises, "t": s.t, "element": s.element, "place": s.place[..s.dim],
+                });
             }
             json
         },
@@ -193,6 +235,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             }
             line("switches", format!("{} {switches}", s.switch_t.len()));
             line("grazings", s.grazings.to_string());
+            if let Some(most) = stress {
+                let kind = if most.dim == 1 { "axial" } else { "von Mises" };
+                let place = most.place[..most.dim].iter().map(|x| significant(*x, 4));
+                let place = place.collect::<Vec<_>>().join(", ");
+                let (size, t) = (significant(most.von_mises, 5), significant(most.t, 7));
+                line(
+                    "stress",
+                    format!("largest {kind} {size} at t = {t}, at the centre of the element at ({place})"),
+                );
+            }
             line("scene", format!("{} lines (print it with --scene)", s.scene.lines().count()));
             out
         },

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use signorini::fem::formats::{DofName, Written, read_matrix};
+use signorini::fem::formats::{DofName, Listed, Written, is_matlab, list_matrices, read_matrix};
 use signorini::fem::motions_without_mass;
 use signorini::report::summary::significant;
 use signorini::scenario::{FileName, names_beside};
@@ -22,9 +22,9 @@ pub(crate) fn is_matrix(path: &Path) -> bool {
     let file = Path::new(FileName::parse(&word).file);
     let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase());
     let is_old = || {
-        let mut start = [0; 10];
-        let read = std::fs::File::open(file).and_then(|mut f| f.read_exact(&mut start));
-        read.is_ok() && &start == b"MATLAB 5.0"
+        let mut start = vec![];
+        let read = std::fs::File::open(file).and_then(|f| f.take(400).read_to_end(&mut start));
+        read.is_ok() && is_matlab(&start)
     };
     ending.is_some_and(|e| ENDINGS.contains(&e.as_str()) || e == "mat" && is_old())
 }
@@ -37,12 +37,52 @@ fn names(path: &Path, written: &Written) -> Result<Vec<DofName>, CliError> {
     names_beside(path).unwrap_or(Ok(vec![])).map_err(CliError::Input)
 }
 
+/// Say which matrices it holds.
+fn several(path: &Path, (format, all): (&str, &[Listed]), global: &Global) -> Answer {
+    let is_square = |m: &&Listed| m.held.as_ref().is_ok_and(|[rows, columns, _]| rows == columns);
+    global.answer(
+        || {
+            let object = |m: &Listed| match &m.held {
+                Ok([rows, columns, entries]) => {
+                    json!({"name": m.name, "shape": [rows, columns], "entries": entries})
+                }
+                Err(why) => json!({"name": m.name, "not_read": why}),
+            };
+            json!({"format": format, "matrices": all.iter().map(object).collect::<Vec<_>>()})
+        },
+        || {
+            let mut out = format!("  {:<12}{format}\n", "format");
+            for m in all {
+                let about = match &m.held {
+                    Ok([rows, columns, entries]) => {
+                        format!("{:<14}{entries} entries", format!("{rows} × {columns}"))
+                    }
+                    Err(why) => why.clone(),
+                };
+                let _ = writeln!(out, "  {:<12}{about}", m.name);
+            }
+            if let Some(first) = all.iter().find(is_square) {
+                let word = format!("{}:/{}", path.display(), first.name);
+                let _ =
+                    writeln!(out, "  {:<12}signorini inspect {word}; in a scene {word}", "next");
+            }
+            out
+        },
+    )
+}
+
 /// Say what it holds.
 pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let input = |why: String| CliError::Input(format!("{}: {why}", path.display()));
     let word = path.to_string_lossy();
     let FileName { file, dataset } = FileName::parse(&word);
     let bytes = std::fs::read(file).map_err(|e| input(e.to_string()))?;
+    if dataset.is_none()
+        && let Some((format, all)) = list_matrices(&bytes).map_err(input)?
+        && all.len() > 1
+    {
+        return Ok(several(path, (format, &all), global));
+    }
     let written = read_matrix(&bytes, dataset).map_err(input)?;
     let names = names(Path::new(file), &written)?;
     let a = &written.matrix;

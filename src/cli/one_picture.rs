@@ -21,7 +21,7 @@ pub(super) fn name(kind: Content) -> Option<&'static str> {
         Content::Bands => Some("bands"),
         Content::Tori => Some("tori"),
         Content::Curves => Some("curves"),
-        Content::Run | Content::Orbit | Content::Family | Content::Study => None,
+        Content::Run | Content::Orbit | Content::Family | Content::Study | Content::Arrays => None,
     }
 }
 
@@ -66,7 +66,9 @@ pub(super) fn picture(
             let sheet = plane::picture(std::slice::from_ref(&stored))?;
             (stored.head.title, sheet)
         }
-        Content::Run | Content::Orbit | Content::Family | Content::Study => return Ok(None),
+        Content::Run | Content::Orbit | Content::Family | Content::Study | Content::Arrays => {
+            return Ok(None);
+        }
     }))
 }
 
@@ -80,6 +82,8 @@ pub(super) fn table(kind: Content, file: &Path) -> Result<Option<String>, CliErr
         Content::Bands => bands::csv(&read_bands(file)?),
         Content::Tori => tori::csv(&read_tori(file)?),
         Content::Curves => plane::csv(&read_curves(file)?),
-        Content::Run | Content::Orbit | Content::Family | Content::Study => return Ok(None),
+        Content::Run | Content::Orbit | Content::Family | Content::Study | Content::Arrays => {
+            return Ok(None);
+        }
     }))
 }

@@ -30,6 +30,8 @@ pub enum Content {
     Comparison,
     /// What the tasks of a study found.
     Study,
+    /// Matrices for other programs.
+    Arrays,
 }
 
 /// The kind of a file.
@@ -58,6 +60,9 @@ pub fn content(path: &Path) -> Result<Content, StoreError> {
     }
     if file.link_exists("curves") {
         return Ok(Content::Curves);
+    }
+    if !file.link_exists("mesh") && file.link_exists("K") && file.link_exists("M") {
+        return Ok(Content::Arrays);
     }
     Ok(match (file.link_exists("backbone"), file.link_exists("orbit")) {
         (true, _) => Content::Family,

@@ -4,6 +4,8 @@
 //! (see [`super::element`]): plane stress in a plate, Young's modulus in a bar. The centre is where the stress of these
 //! elements is most accurate (second order in the mesh size; at the nodes it is of first order, and jumps).
 
+use nalgebra::Matrix6xX;
+
 use super::element::Shape;
 use super::law::Material;
 use super::shape;
@@ -41,21 +43,51 @@ impl Stress {
     }
 }
 
+/// `D B` at the centre of an element: what makes stress of the displacements of its nodes.
+#[derive(Debug)]
+pub struct AtCentre(StressRows);
+
+impl AtCentre {
+    /// That of an element.
+    pub fn new(material: &Material, element: Shape) -> AtCentre {
+        AtCentre(StressRows::new(material, element, shape::centre(element.kind)))
+    }
+
+    /// Stress where the nodes have the displacements `u`.
+    pub fn of(&self, u: &[Point]) -> Stress {
+        self.0.of(u)
+    }
+}
+
 /// Stress at the centre of an element whose nodes have the displacements `u`.
 pub fn at_centre(material: &Material, element: Shape, u: &[Point]) -> Stress {
-    at(material, element, shape::centre(element.kind), u)
+    AtCentre::new(material, element).of(u)
 }
 
 /// Stress at each of its nodes.
 pub fn at_nodes(material: &Material, element: Shape, u: &[Point]) -> Vec<Stress> {
-    shape::places(element.kind).iter().map(|local| at(material, element, *local, u)).collect()
+    let at = |local: &shape::Local| StressRows::new(material, element, *local).of(u);
+    shape::places(element.kind).iter().map(at).collect()
 }
 
-fn at(material: &Material, element: Shape, local: shape::Local, u: &[Point]) -> Stress {
-    let dim = element.kind.dim();
-    let rows = element.stress_rows(material, local);
-    let entry = |i: usize| (0..rows.ncols()).map(|j| rows[(i, j)] * u[j / dim][j % dim]).sum();
-    Stress { xx: entry(0), yy: entry(1), zz: entry(2), xy: entry(3), yz: entry(4), zx: entry(5) }
+/// `D B` at a place of an element.
+#[derive(Debug)]
+struct StressRows {
+    dim: usize,
+    rows: Matrix6xX<f64>,
+}
+
+impl StressRows {
+    fn new(material: &Material, element: Shape, local: shape::Local) -> StressRows {
+        StressRows { dim: element.kind.dim(), rows: element.stress_rows(material, local) }
+    }
+
+    fn of(&self, u: &[Point]) -> Stress {
+        let StressRows { dim, rows } = self;
+        let entry = |i: usize| (0..rows.ncols()).map(|j| rows[(i, j)] * u[j / dim][j % dim]).sum();
+        let [xx, yy, zz, xy, yz, zx] = [0, 1, 2, 3, 4, 5].map(entry);
+        Stress { xx, yy, zz, xy, yz, zx }
+    }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@
 //! The four fields of contact are left out where the scene has none.
 
 use super::put::ExportError;
-use crate::fem::stress::{self, Stress};
+use crate::fem::stress::{self, AtCentre, Stress};
 use crate::fem::{Material, Shape};
 use crate::mesh::{ElementKind, Point};
 use crate::problem::materials;
@@ -46,6 +46,21 @@ pub(super) struct Field {
     pub place: Centre,
     pub components: usize,
     pub values: Values,
+}
+
+/// The largest of von Mises' stresses of a run, of a bar the largest axial one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestStress {
+    /// At the centre of the element.
+    pub von_mises: f64,
+    /// When.
+    pub t: f64,
+    /// Where: number of the element.
+    pub element: usize,
+    /// The mean of its nodes.
+    pub place: Point,
+    /// Of a bar 1, of a body in the plane 2.
+    pub dim: usize,
 }
 
 /// The fields of a stored run.
@@ -180,6 +195,26 @@ impl<'s> Fields<'s> {
         }
         let mean = |(sum, volume): ([f64; 9], f64)| sum.map(|x| x / volume.max(f64::MIN_POSITIVE));
         sums.into_iter().zip(volumes).flat_map(mean).collect()
+    }
+
+    /// The largest of von Mises' stresses at the centres of the elements over all stored states; none where displacements are not kept.
+    pub fn largest_stress(&self) -> Option<LargestStress> {
+        let mut most: Option<LargestStress> = None;
+        for (element, c) in self.cells.iter().enumerate() {
+            let centre = AtCentre::new(&c.material, Shape { kind: c.kind, x: &c.x });
+            let count = c.x.len() as f64;
+            for (row, &t) in self.stored.t.iter().enumerate() {
+                let u: Vec<_> = c.nodes.iter().map(|&n| self.stored.displacement(row, n)).collect();
+                let von_mises = centre.of(&u).von_mises();
+                let is_larger = most.as_ref().is_none_or(|m| von_mises > m.von_mises);
+                if von_mises.is_finite() && is_larger {
+                    let place = [0, 1, 2].map(|k| c.x.iter().map(|x| x[k]).sum::<f64>() / count);
+                    let dim = c.kind.dim();
+                    most = Some(LargestStress { von_mises, t, element, place, dim });
+                }
+            }
+        }
+        most
     }
 
     fn stress(&self, row: usize) -> Vec<Stress> {

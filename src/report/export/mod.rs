@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use crate::store::{Stored, beside as named};
 use fields::Fields;
+pub use fields::LargestStress;
 pub use put::ExportError;
 use put::at;
 pub(in crate::report) use put::{number, quoted};
@@ -30,6 +31,11 @@ pub enum Format {
     VtkHdf,
     /// `STEM.xdmf` and its numbers in `STEM.xdmf.h5`.
     Xdmf,
+}
+
+/// The largest stress of a run; none of a body without elements, or whose displacements are not kept.
+pub fn largest_stress(stored: &Stored) -> Option<LargestStress> {
+    Fields::of(stored).ok()?.largest_stress()
 }
 
 /// Which of the stored states are written: those with `from ≤ t ≤ to`, and of these the first and each `every`th after it.

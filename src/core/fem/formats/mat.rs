@@ -7,8 +7,7 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::{DofName, Named, Sparse, distinct, from_columns};
-use crate::fem::Csr;
+use super::{Named, Sparse, by_columns, from_columns};
 
 /// What an element may come to, unpacked, over its size: compression makes nothing smaller.
 const LARGEST: u64 = 1100;
@@ -100,33 +99,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Named>, String> {
             _ => {}
         }
     }
-    let names = names(&found);
-    for own in &mut found {
-        if own.matrix.as_ref().is_ok_and(|a| a.n_rows() == names.len()) {
-            own.names.clone_from(&names);
-        }
-    }
     Ok(found)
-}
-
-/// Names of rows, where the file has them beside: `node` and `direction`, or both as the columns of `dof`.
-fn names(found: &[Named]) -> Vec<DofName> {
-    let column = |name: &str, j: usize| -> Option<Vec<f64>> {
-        let a = found.iter().find(|m| m.name == name)?.matrix.as_ref().ok()?;
-        let at = |i: usize| a.entry(i, j).copied().unwrap_or(0.0);
-        (a.n_cols() > j).then(|| (0..a.n_rows()).map(at).collect())
-    };
-    let both = column("node", 0).zip(column("direction", 0));
-    let Some((nodes, directions)) = both.or_else(|| column("dof", 0).zip(column("dof", 1))) else {
-        return vec![];
-    };
-    let whole = |x: f64| (x.fract() == 0.0 && (0.0..1e15).contains(&x)).then_some(x as u64);
-    let name = |(node, direction): (&f64, &f64)| {
-        let direction = u8::try_from(whole(*direction)?).ok().filter(|d| *d <= 6)?;
-        Some(DofName { node: whole(*node)?.to_string(), direction })
-    };
-    let all: Option<Vec<DofName>> = nodes.iter().zip(&directions).map(name).collect();
-    all.and_then(|all| distinct(all).ok()).unwrap_or_default()
 }
 
 /// Take the matrix that an element holds, or those of a struct.
@@ -174,11 +147,7 @@ fn array(bytes: &[u8], parent: &str, depth: usize, found: &mut Vec<Named>) -> Re
                 None if rows.checked_mul(columns) != Some(values.len()) => {
                     Err("has another number of entries than its sizes say".into())
                 }
-                None => {
-                    let at = |k: usize, v: &f64| (*v != 0.0).then_some((k % rows, k / rows, *v));
-                    let entries = values.iter().enumerate().filter_map(|(k, v)| at(k, v));
-                    Ok(Csr::from_triplets(rows, columns, entries.collect()))
-                }
+                None => Ok(by_columns(sizes, &values)),
             };
             found.push(Named::new(name, matrix));
             Ok(())

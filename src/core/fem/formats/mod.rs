@@ -6,14 +6,16 @@
 //! | three numbers a line, `1 2 -8.4e4` | CalculiX's `.sti` and `.mas`, Abaqus's `COORDINATE` |
 //! | five, with commas, `101,2, 101,1, 3.5e1` | Abaqus's `MATRIX INPUT` |
 //! | `RSA` in the third line | Harwell–Boeing, as Ansys's `HBMAT` writes it |
-//! | `PK` | SciPy's `.npz` |
+//! | `PK` | SciPy's `.npz` of a sparse matrix, NumPy's of arrays |
 //! | `MATLAB 5.0 MAT-file` | MATLAB's files older than 7.3 |
+//! | five whole numbers and a name | MATLAB's files of version 4 |
 //! | `DMIG` | Nastran's punch files and bulk data |
 //! | integers in `4I8`, a name, a format | Nastran's `OUTPUT4` as text |
 //! | `*USER ELEMENT` | substructures of Abaqus and CalculiX |
 
 mod harwell_boeing;
 mod mat;
+mod mat4;
 mod nastran;
 mod npz;
 mod op4;
@@ -86,9 +88,33 @@ impl Named {
     }
 }
 
+/// Rows and columns.
+type Sizes = (usize, usize);
+
+/// A full matrix from its numbers column by column.
+fn by_columns((rows, columns): Sizes, values: &[f64]) -> Csr {
+    let at = |k: usize, v: &f64| (*v != 0.0).then_some((k % rows, k / rows, *v));
+    let entries = values.iter().enumerate().filter_map(|(k, v)| at(k, v));
+    Csr::from_triplets(rows, columns, entries.collect())
+}
+
+/// So many rows may be empty: sizes are not believed alone.
+const EMPTY: usize = 1_000_000;
+
+/// A matrix of some sizes with its entries.
+fn sparse((rows, columns): Sizes, entries: Vec<(usize, usize, f64)>) -> Result<Csr, String> {
+    if rows.max(columns) > EMPTY + entries.len() {
+        return Err(format!("is {rows} × {columns} with {} entries", entries.len()));
+    }
+    if let Some((i, j, _)) = entries.iter().find(|(i, j, _)| *i >= rows || *j >= columns) {
+        return Err(format!("has an entry ({}, {}), and is {rows} × {columns}", i + 1, j + 1));
+    }
+    Ok(Csr::from_triplets(rows, columns, entries))
+}
+
 /// A sparse matrix by columns.
 struct Sparse<'a> {
-    sizes: (usize, usize),
+    sizes: Sizes,
     /// First entry of each column, and how many there are.
     starts: &'a [usize],
     rows: &'a [usize],
@@ -96,18 +122,48 @@ struct Sparse<'a> {
 }
 
 fn from_columns(a: &Sparse) -> Result<Csr, String> {
-    let (rows, columns) = a.sizes;
+    let columns = a.sizes.1;
     let count = a.starts.last().copied().unwrap_or(0);
     let fits = a.starts.len() == columns + 1
         && a.starts.windows(2).all(|w| w[0] <= w[1])
-        && count <= a.values.len().min(a.rows.len())
-        && a.rows[..count].iter().all(|i| *i < rows);
+        && count <= a.values.len().min(a.rows.len());
     if !fits {
         return Err("its columns, rows and entries do not fit together".into());
     }
     let of = |j: usize| (a.starts[j]..a.starts[j + 1]).map(move |p| (p, j));
     let entries = (0..columns).flat_map(of).map(|(p, j)| (a.rows[p], j, a.values[p]));
-    Ok(Csr::from_triplets(rows, columns, entries.collect()))
+    sparse(a.sizes, entries.collect())
+}
+
+/// Names of rows, where a file has them beside its matrices: `node` and `direction`, or both as the columns of `dof`.
+fn names_among(found: &[Named]) -> Vec<DofName> {
+    let column = |name: &str, j: usize| -> Option<Vec<f64>> {
+        let a = found.iter().find(|m| m.name == name)?.matrix.as_ref().ok()?;
+        let at = |i: usize| a.entry(i, j).copied().unwrap_or(0.0);
+        (a.n_cols() > j).then(|| (0..a.n_rows()).map(at).collect())
+    };
+    let both = column("node", 0).zip(column("direction", 0));
+    let Some((nodes, directions)) = both.or_else(|| column("dof", 0).zip(column("dof", 1))) else {
+        return vec![];
+    };
+    let whole = |x: f64| (x.fract() == 0.0 && (0.0..1e15).contains(&x)).then_some(x as u64);
+    let name = |(node, direction): (&f64, &f64)| {
+        let direction = u8::try_from(whole(*direction)?).ok().filter(|d| *d <= 6)?;
+        Some(DofName { node: whole(*node)?.to_string(), direction })
+    };
+    let all: Option<Vec<DofName>> = nodes.iter().zip(&directions).map(name).collect();
+    all.and_then(|all| distinct(all).ok()).unwrap_or_default()
+}
+
+/// Give the matrices of a file the names that stand beside them.
+fn with_names(mut found: Vec<Named>) -> Vec<Named> {
+    let names = names_among(&found);
+    for own in &mut found {
+        if own.matrix.as_ref().is_ok_and(|a| a.n_rows() == names.len()) {
+            own.names.clone_from(&names);
+        }
+    }
+    found
 }
 
 /// That of a name, or the only one.
@@ -162,6 +218,13 @@ pub fn may_have_names(bytes: &[u8]) -> bool {
     // Abaqus's MATRIX INPUT has five numbers a line
     first.matches(',').count() >= 4
         || ["DMIG", "*USER ELEMENT", "MATLAB 5.0"].iter().any(|word| start.contains(word))
+        || mat4::is_one(bytes)
+        || npz::is_of_arrays(bytes)
+}
+
+/// Whether a file is one of MATLAB's older than 7.3, by its beginning.
+pub fn is_matlab(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"MATLAB 5.0 MAT-file") || mat4::is_one(bytes)
 }
 
 /// Read a matrix, of a file that has several that of a name; the message says what is wrong with the file, and what would help.
@@ -173,20 +236,53 @@ pub fn read_matrix(bytes: &[u8], wanted: Option<&str>) -> Result<Written, String
     }
 }
 
-fn of_content(bytes: &[u8], wanted: Option<&str>) -> Result<Written, String> {
+/// A matrix of a file that may have several.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Listed {
+    /// Its name.
+    pub name: String,
+    /// Rows, columns and entries, or why it is not read.
+    pub held: Result<[usize; 3], String>,
+}
+
+/// What a file of a format with several matrices has, and the format.
+pub fn list_matrices(bytes: &[u8]) -> Result<Option<(&'static str, Vec<Listed>)>, String> {
+    let listed = |m: Named| {
+        let held = m.matrix.map(|a| [a.n_rows(), a.n_cols(), m.entries]);
+        Listed { name: m.name, held }
+    };
+    let found = several(bytes)?;
+    Ok(found.map(|(format, all)| (format, all.into_iter().map(listed).collect())))
+}
+
+/// The matrices of a file of a format that may have several, and the format.
+fn several(bytes: &[u8]) -> Result<Option<(&'static str, Vec<Named>)>, String> {
     if bytes.starts_with(b"MATLAB 5.0 MAT-file") {
-        return pick("MATLAB 5", mat::read(bytes)?, wanted);
+        return Ok(Some(("MATLAB 5", with_names(mat::read(bytes)?))));
+    }
+    if npz::is_of_arrays(bytes) {
+        return Ok(Some(("NumPy npz", with_names(npz::read_arrays(bytes)?))));
     }
     if let Ok(text) = std::str::from_utf8(bytes) {
         if substructure::is_one(text) {
-            return pick("substructure", substructure::read(text)?, wanted);
+            return Ok(Some(("substructure", substructure::read(text)?)));
         }
         if nastran::is_one(text) {
-            return pick("Nastran DMIG", nastran::read(text)?, wanted);
+            return Ok(Some(("Nastran DMIG", nastran::read(text)?)));
         }
         if op4::is_one(text) {
-            return pick("Nastran OUTPUT4", op4::read(text)?, wanted);
+            return Ok(Some(("Nastran OUTPUT4", op4::read(text)?)));
         }
+    }
+    if mat4::is_one(bytes) {
+        return Ok(Some(("MATLAB 4", with_names(mat4::read(bytes)?))));
+    }
+    Ok(None)
+}
+
+fn of_content(bytes: &[u8], wanted: Option<&str>) -> Result<Written, String> {
+    if let Some((format, all)) = several(bytes)? {
+        return pick(format, all, wanted);
     }
     if let Some(name) = wanted {
         return Err(format!("has one matrix, and no name such as {name}: leave \":/{name}\" out"));

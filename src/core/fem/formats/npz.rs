@@ -1,16 +1,17 @@
-//! SciPy's sparse matrices (`scipy.sparse.save_npz`): arrays of NumPy in a zip.
+//! Arrays of NumPy in a zip: SciPy's sparse matrices (`scipy.sparse.save_npz`), or full matrices by their names (`numpy.savez`).
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Read;
 
 use flate2::read::DeflateDecoder;
 
-use super::{Written, whole};
+use super::{Named, Written, by_columns, whole};
 
 /// What an array may come to, unpacked, over the size of its file: compression makes nothing smaller.
 const LARGEST: usize = 1100;
 
-/// An array of one dimension, or a word.
+/// The numbers of an array, or a word.
 enum Array {
     Whole(Vec<i64>),
     Real(Vec<f64>),
@@ -22,8 +23,24 @@ fn number(bytes: &[u8], at: usize, size: usize) -> Option<u64> {
     Some(own.iter().rev().fold(0, |n, b| n << 8 | u64::from(*b)))
 }
 
-/// The files of a zip by the list at its end: a name, and the bytes unpacked.
-fn unzip(bytes: &[u8]) -> Result<BTreeMap<String, Vec<u8>>, String> {
+/// The file by which SciPy says how it keeps a sparse matrix.
+const FORMAT: &str = "format.npy";
+
+/// Whether a file is a zip, and none of SciPy's sparse matrices, by the names of its files.
+pub(super) fn is_of_arrays(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04") && files(bytes).is_ok_and(|all| !all.contains_key(FORMAT))
+}
+
+/// A file of a zip.
+struct Packed<'b> {
+    method: u64,
+    /// Bytes unpacked.
+    size: usize,
+    data: &'b [u8],
+}
+
+/// The files of a zip by the list at its end.
+fn files(bytes: &[u8]) -> Result<BTreeMap<String, Packed<'_>>, String> {
     let damaged = || "its zip is damaged".to_owned();
     let end = bytes.windows(4).rposition(|w| w == b"PK\x05\x06").ok_or_else(damaged)?;
     let count = number(bytes, end + 10, 2).ok_or_else(damaged)?;
@@ -43,31 +60,32 @@ fn unzip(bytes: &[u8]) -> Result<BTreeMap<String, Vec<u8>>, String> {
             return Err("is larger than 4 GB, or claims to be".into());
         }
         let data = bytes.get(begin..begin.saturating_add(packed)).ok_or_else(damaged)?;
-        let data = match method {
-            0 => data.to_vec(),
-            8 => {
-                let mut out = vec![];
-                let mut unpacked = DeflateDecoder::new(data).take(size as u64 + 1);
-                unpacked.read_to_end(&mut out).map_err(|_| damaged())?;
-                out
-            }
-            _ => {
-                return Err(format!(
-                    "{called} is packed by a method (number {method}) that is not read"
-                ));
-            }
-        };
-        if data.len() != size {
-            return Err(damaged());
-        }
-        all.insert(called, data);
+        all.insert(called, Packed { method, size, data });
         at += 46 + name + extra + comment;
     }
     Ok(all)
 }
 
-/// An array of NumPy.
-fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
+/// The bytes of a file of a zip.
+fn unpacked(name: &str, file: &Packed) -> Result<Vec<u8>, String> {
+    let damaged = || "its zip is damaged".to_owned();
+    let data = match file.method {
+        0 => file.data.to_vec(),
+        8 => {
+            let mut out = vec![];
+            let mut unpacked = DeflateDecoder::new(file.data).take(file.size as u64 + 1);
+            unpacked.read_to_end(&mut out).map_err(|_| damaged())?;
+            out
+        }
+        method => {
+            return Err(format!("{name} is packed by a method (number {method}) that is not read"));
+        }
+    };
+    if data.len() == file.size { Ok(data) } else { Err(damaged()) }
+}
+
+/// The words at the beginning of an array of NumPy, and its bytes.
+fn taken_apart<'b>(name: &str, bytes: &'b [u8]) -> Result<(Cow<'b, str>, &'b [u8]), String> {
     let fail = |what: &str| Err(format!("{name}: {what}"));
     if !bytes.starts_with(b"\x93NUMPY") {
         return fail("is no array of NumPy");
@@ -80,13 +98,20 @@ fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
     let Some(head) = size.and_then(|s| bytes.get(begin..begin.checked_add(s as usize)?)) else {
         return fail("ends within its head");
     };
-    let data = &bytes[begin + head.len()..];
-    let head = String::from_utf8_lossy(head);
-    let after = |key: &str| {
-        head.split(key).nth(1).map(|rest| rest.trim_start_matches([':', ' ', '\'', '"']))
-    };
-    let kind: String =
-        after("'descr'").unwrap_or_default().chars().take_while(|c| *c != '\'').collect();
+    Ok((String::from_utf8_lossy(head), &bytes[begin + head.len()..]))
+}
+
+/// What stands behind a key of such words.
+fn after<'h>(head: &'h str, key: &str) -> &'h str {
+    let rest = head.split(key).nth(1).unwrap_or_default();
+    rest.trim_start_matches([':', ' ', '\'', '"'])
+}
+
+/// The numbers of an array of NumPy.
+fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
+    let fail = |what: &str| Err(format!("{name}: {what}"));
+    let (head, data) = taken_apart(name, bytes)?;
+    let kind: String = after(&head, "'descr'").chars().take_while(|c| *c != '\'').collect();
     let items = |size: usize| data.chunks_exact(size);
     let signed = |b: &[u8]| -> i64 {
         let unused = 64 - 8 * b.len() as u32;
@@ -124,13 +149,52 @@ fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
     })
 }
 
-/// Read it.
+/// The arrays of a file, each a matrix, one of a single dimension a column.
+pub(super) fn read_arrays(bytes: &[u8]) -> Result<Vec<Named>, String> {
+    let mut found = vec![];
+    for (file, packed) in files(bytes)? {
+        let name = file.strip_suffix(".npy").unwrap_or(&file).to_owned();
+        let own = unpacked(&file, &packed)?;
+        let (head, _) = taken_apart(&file, &own)?;
+        let sizes = after(&head, "'shape'").trim_start_matches('(').split(')').next();
+        let sizes = sizes.unwrap_or_default().split(',').map(str::trim).filter(|w| !w.is_empty());
+        let sizes: Option<Vec<usize>> = sizes.map(|w| w.parse().ok()).collect();
+        let (rows, columns) = match sizes.as_deref() {
+            Some([rows]) => (*rows, 1),
+            Some([rows, columns]) => (*rows, *columns),
+            // numbers, and arrays of more dimensions
+            _ => continue,
+        };
+        let values = match array(&file, &own) {
+            Ok(Array::Real(values)) => values,
+            Ok(Array::Whole(values)) => values.into_iter().map(|v| v as f64).collect(),
+            Ok(Array::Word(_)) => continue,
+            Err(why) => {
+                let why = why.strip_prefix(&format!("{file}: ")).unwrap_or(&why).to_owned();
+                found.push(Named::new(name, Err(why)));
+                continue;
+            }
+        };
+        if rows.checked_mul(columns) != Some(values.len()) {
+            found.push(Named::refused(name, "has another number of entries than its sizes say"));
+            continue;
+        }
+        let matrix = match after(&head, "'fortran_order'").starts_with("True") {
+            true => by_columns((rows, columns), &values),
+            false => by_columns((columns, rows), &values).transposed(),
+        };
+        found.push(Named::new(name, Ok(matrix)));
+    }
+    Ok(found)
+}
+
+/// A sparse matrix of SciPy.
 pub(super) fn read(bytes: &[u8]) -> Result<Written, String> {
-    let files = unzip(bytes)?;
+    let files = files(bytes)?;
     let get = |name: &str| -> Result<Array, String> {
         let file = format!("{name}.npy");
         let missing = || format!("has no {file}: save it with scipy.sparse.save_npz");
-        array(&file, files.get(&file).ok_or_else(missing)?)
+        array(&file, &unpacked(&file, files.get(&file).ok_or_else(missing)?)?)
     };
     let whole_numbers = |name: &str| match get(name)? {
         Array::Whole(list) => {
