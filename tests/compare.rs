@@ -592,14 +592,16 @@ fn what_cannot_be_compared_is_said() {
         "--force",
     ]);
     assert!((0..3).all(|k| output["rows"][k]["error"].as_f64().is_some()), "{output}");
-    // with friction there is one method, whatever it is called
+    // with friction there is one method, whatever it is called, with mass along the obstacle and without
     let plate = folder.path().join("plate.toml");
     let text = "[body]\nkind = 'plate'\nsize = [0.5, 1.0]\nelements = [2, 4]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x', 'y']\n\
                 [contact]\nedge = 'right'\ngap = 0.01\nfriction = 0.4\n[initial]\nvelocity = ['0.3*x', '0.2*x']\n[run]\nuntil = 1.0\n";
     std::fs::write(&plate, text).unwrap();
     let plate = plate.display().to_string();
     let output = json(&["compare", &plate, "-o", stem.to_str().unwrap(), "--force"]);
-    assert_eq!(output["rows"].as_array().unwrap().len(), 1, "{output}");
+    let variants = [0, 1].map(|k| output["rows"][k]["variant"].as_str().unwrap_or_default());
+    assert_eq!(variants, ["mass-redistribution:inertia", "mass-redistribution:massless"]);
+    assert_eq!(output["rows"].as_array().unwrap().len(), 2, "{output}");
     // one that is refused does not take the others with it
     let output = json(&[
         "compare",

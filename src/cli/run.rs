@@ -122,6 +122,10 @@ impl Task for Arguments {
         let (scene, output) = (&work.scene, &work.path);
         let (_, until) = run_table(scene)?;
         let problem = load::of_scene(scene)?;
+        if self.verify_lcp && problem.system.creeps() {
+            let text = "--verify-lcp: where displacements along the obstacle have no mass (tangent = \"massless\"), what sticks is part of the contact problem, which enumeration and interior points do not know here: leave it out";
+            return Err(CliError::Input(text.into()));
+        }
         let exponents = self.lyapunov.asked(scene, &problem)?;
         // a file that is read at once and thrown away is not gone on with
         let id = if work.options.is_scratch { 0 } else { fingerprint(scene, &problem) };

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::{Value, json};
 
-use signorini::families::start::given;
+use signorini::families::start::{check_with_mass, given};
 use signorini::families::tori::{self, SIZE};
 use signorini::problem::Problem;
 use signorini::records::{Status, Tori, TorusRow, fingerprint};
@@ -111,6 +111,8 @@ impl Task for Arguments {
         let scene = &work.scene;
         let what = "a motion of two frequencies has that of a harmonic load, and one of its own";
         family::check_forced(scene, &problem, what)?;
+        let by = "curves of two frequencies know no states that remember";
+        check_with_mass(scene, &problem.system, by)?;
         family::check_settles(scene, &problem.system, "")?;
         family::check_frequency(&problem, omega)?;
         let unit = family::propagator(problem.system.clone())?.unit;

@@ -118,8 +118,15 @@ impl Task {
 fn suitable(scene: &Scene, compared: Compared) -> Vec<&'static str> {
     let mut names = vec!["nbm", "nbm:constant"];
     match (scene.body.kind, compared) {
-        // friction knows one of them, whatever it is called
-        _ if scene.rubs() => return vec!["mass-redistribution"],
+        // friction knows one of them, whatever it is called, and tangents with mass or without
+        _ if scene.rubs() => {
+            let massless = Change::set("contact.tangent", "massless");
+            let has_both = compared == Compared::Run && scene.with(&[massless]).is_ok();
+            return match has_both {
+                true => vec!["mass-redistribution:inertia", "mass-redistribution:massless"],
+                false => vec!["mass-redistribution"],
+            };
+        }
         (BodyKind::Matrices, _) => return vec!["nbm", "mass-redistribution"],
         // the default of meshes has constant inertia
         // two surfaces that meet are for these alone

@@ -26,7 +26,7 @@ pub struct UnknownVariant {
 }
 
 /// Words that stand for a key and its value.
-const WORDS: [(ContactMethod, &str, &str); 11] = {
+const WORDS: [(ContactMethod, &str, &str); 13] = {
     use ContactMethod::{MassRedistribution, MoreauJean, NodalBoundary, Waves};
     [
         (NodalBoundary, "inertia", "paper"),
@@ -36,6 +36,8 @@ const WORDS: [(ContactMethod, &str, &str); 11] = {
         (NodalBoundary, "stress", "reaction"),
         (MassRedistribution, "mass", "condensed"),
         (MassRedistribution, "mass", "optimal"),
+        (MassRedistribution, "tangent", "inertia"),
+        (MassRedistribution, "tangent", "massless"),
         (MoreauJean, "activation", "half-step"),
         (MoreauJean, "activation", "full-step"),
         (Waves, "instants", "exact"),

@@ -1,5 +1,6 @@
 //! The parameters of a scene that orbits are differentiated by: its numbers, by their keys.
 
+use super::start::check_with_mass;
 use crate::contact::System;
 use crate::orbit::parameter::{Kind, Neighbour, Parameter, STEP, Stencil};
 use crate::orbit::{Closure, OrbitError};
@@ -36,6 +37,8 @@ pub fn parameter(
         let help = "give --viscous, or a key of the scene: damping.rayleigh[1]";
         return Err(refused(scene, key, "belongs to viscous orbits", help));
     }
+    let why = "derivatives by numbers of the scene leave out what the memory does";
+    check_with_mass(scene, system, why)?;
     let value = of_equations(scene, key)?;
     let step = STEP * if value == 0.0 { 1.0 } else { value.abs() };
     let mut why = None;

@@ -22,6 +22,13 @@ pub enum Sought {
 /// What the method that is asked for does not know: periodic motions with friction are those that a load or a moving surface keeps going.
 pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), SceneError> {
     let Some(tangents) = system.tangents() else { return Ok(()) };
+    if what != Sought::Orbits {
+        check_with_mass(
+            scene,
+            system,
+            "harmonic balance and viscous modes know no displacements that follow a memory",
+        )?;
+    }
     if what != Sought::Orbits && tangents.iter().flatten().any(|t| t.only_slips) {
         let message = "is that of a surface which slides along a body in space: harmonic balance might let it stick";
         let help = "take `signorini orbit`, or a response by shooting";
@@ -58,6 +65,16 @@ pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), 
         ),
     };
     Err(scene.error(Issue::new(scene.friction_key(), message, help)))
+}
+
+/// What is not known where displacements along obstacles have no mass.
+pub fn check_with_mass(scene: &Scene, system: &System, why: &str) -> Result<(), SceneError> {
+    if !system.creeps() {
+        return Ok(());
+    }
+    let key = scene.contact.as_ref().map_or(String::new(), |c| c.key(0, "tangent"));
+    let message = format!("\"massless\" is for run, orbits and responses by shooting: {why}");
+    Err(scene.error(Issue::new(key, message, "give tangent = \"inertia\"")))
 }
 
 /// Orbits and harmonic balance are those of forces with a potential, and of velocities that do not jump.

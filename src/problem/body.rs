@@ -290,7 +290,8 @@ fn numbering(scene: &Scene, form: &Form, materials: &[Material]) -> Result<DofMa
             let size = p.scale();
             std::array::from_fn(|c| p.normal.get(c).map_or(0.0, |n| n / size))
         });
-        Ok(Facing::plane(&o.group, direction))
+        let is_massless = c.is_massless_along() && o.coefficient().is_some();
+        Ok(Facing { is_massless, ..Facing::plane(&o.group, direction) })
     };
     let facing: Vec<Facing> = match contact {
         None => vec![],

@@ -279,7 +279,8 @@ pub(super) fn attach(scene: &Scene, body: Body) -> Result<Body, ProblemError> {
     let discrete = discrete(scene, &body)?;
     let body = body.with_elements(discrete);
     let elastic = sliders(scene, &body)?.iter().filter(|s| s.elastic.is_some()).count();
-    Ok(body.with_memory(elastic))
+    let anchors = body.dofs.tangents.len();
+    Ok(body.with_memory(anchors).with_memory(elastic))
 }
 
 /// The sliders of a scene on the displacements of a body; what their springs remember are the last entries of `u_O`.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::given::given_tangents;
 use super::{Notes, ProblemError};
-use crate::contact::{Constraint, System, Tangent};
+use crate::contact::{Anchor, Constraint, System, Tangent};
 use crate::fem::Body;
 use crate::mesh::Point;
 use crate::mesh::point::dot;
@@ -105,15 +105,29 @@ fn of_elements(
         if axes.iter().enumerate().any(is_skew) {
             return Ok(None);
         }
+        let anchor = anchor(body, scene, i);
+        if anchor.is_some() {
+            let row = vec![];
+            return Ok(Some(Tangent { row, anchor, coefficient, surface, direction, only_slips }));
+        }
         let mut row: Vec<(usize, f64)> =
             body.dofs.directions(point.node).filter_map(along).collect();
         if !row.is_empty() {
             against_masters(body, (i, &direction), &mut row);
         }
-        let tangent = Tangent { row, coefficient, surface, direction, only_slips };
+        let tangent = Tangent { row, anchor, coefficient, surface, direction, only_slips };
         Ok((!tangent.row.is_empty()).then_some(tangent))
     };
     (0..body.dofs.n_facing).map(tangent).collect()
+}
+
+/// Where a contact point has no mass along its obstacle: which displacement that is; what it remembers stands before what springs of sliders do, the last entries of `u_O`.
+pub(super) fn anchor(body: &Body, scene: &Scene, point: usize) -> Option<Anchor> {
+    let all = &body.dofs.tangents;
+    let place = all.iter().position(|t| t.1 == point)?;
+    let elastic = scene.all_sliders().iter().filter(|s| s.stiffness.is_some()).count();
+    let memory = body.dofs.n_o - elastic - all.len() + place;
+    Some(Anchor { displacement: all[place].0, memory })
 }
 
 /// Where two surfaces meet, what slips is `t·(u_s − Σ_j P_ij u_m,j)`. On curved surfaces of different meshes `t` has a share of the order of `h/R` along the normals of
@@ -161,6 +175,9 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
         let help = "remove quasistatic, or take a body in the plane";
         return fail(scene.friction_key(), message, help);
     }
+    if system.creeps() {
+        check_massless(scene, system)?;
+    }
     let loads = &system.loads;
     if loads.carried.moves_supports() {
         let message = "the body is seen from what moves, and friction knows velocities along obstacles at rest or of constant velocity only";
@@ -184,6 +201,58 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
             "the surface slides and nothing damps in proportion to the stiffness: unstable modes of sliding are the more the finer the mesh"
                 .into(),
         );
+    }
+    Ok(())
+}
+
+/// Where displacements along obstacles have no mass, loads that change in time act on what these follow in the open body, `f_O + A_∅ᵀ f_C`: slips would follow their rates.
+pub(super) fn move_loads(system: &mut System, notes: &mut Notes) {
+    if !system.creeps() {
+        return;
+    }
+    let (n, n_o) = (system.n(), system.n_o());
+    let open = system.open_phase();
+    let mut moved = 0;
+    let mut condense = |force: &mut Vec<f64>| {
+        if force[n_o..].iter().any(|f| *f != 0.0) {
+            *force = open.reduce(force);
+            force.resize(n, 0.0);
+            moved += 1;
+        }
+    };
+    let loads = system.loads_mut();
+    loads.harmonics.iter_mut().for_each(|h| condense(&mut h.force));
+    loads.measured.iter_mut().for_each(|m| condense(&mut m.force));
+    if moved > 0 {
+        notes.warnings.push(
+            "a load that changes in time acts on contact nodes, which have no mass (tangent = \"massless\"): it acts on the displacements that these follow in the open body"
+                .into(),
+        );
+    }
+}
+
+/// What displacements without mass along obstacles do not go with, and the bound of their coefficients.
+fn check_massless(scene: &Scene, system: &System) -> Result<(), ProblemError> {
+    let key = scene.contact.as_ref().map_or(String::new(), |c| c.key(0, "tangent"));
+    let fail =
+        |message: &str, help: &str| Err(scene.error(Issue::new(key.clone(), message, help)).into());
+    let keep = "give tangent = \"inertia\"";
+    if !system.friction_is_surely_unique()
+        && let Some((bound, points)) = system.critical_friction()
+    {
+        let tangents = points.iter().filter_map(|i| Some((i, system.tangents()?[*i].as_ref()?)));
+        let most = tangents.max_by(|a, b| a.1.coefficient.total_cmp(&b.1.coefficient));
+        if let Some((point, tangent)) = most.filter(|(_, t)| t.coefficient >= bound) {
+            let node = system.constraints[*point].node;
+            let message = format!(
+                "\"massless\" has one motion from every state below a friction of {bound:.4} on this mesh, and {} near node {node} is beyond: several would go on, or none",
+                tangent.coefficient
+            );
+            let help = format!(
+                "{keep}, which has one for every coefficient, or mesh with elements that are shorter along the normal"
+            );
+            return fail(&message, &help);
+        }
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 
 use super::ProblemError;
 use super::elements;
+use super::friction::anchor;
 use super::gaps::check_way;
 use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
@@ -74,7 +75,9 @@ pub(super) fn given_tangents(
     let obstacle = contact.obstacles.first();
     let coefficient = obstacle.and_then(Obstacle::coefficient);
     let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
-    if let Some(row) = rows.iter().find(|r| body.dofs.terms(**r, 0).any(|t| t.0 >= body.dofs.n_o)) {
+    let is_massless = contact.is_massless_along();
+    let follows = |r: &&usize| body.dofs.terms(**r, 0).any(|t| t.0 >= body.dofs.n_o);
+    if let Some(row) = rows.iter().find(follows).filter(|_| !is_massless) {
         let message = format!(
             "{row} moves with motions that have no mass, and friction is of displacements that have some"
         );
@@ -83,21 +86,24 @@ pub(super) fn given_tangents(
     }
     let taken = [rows, own, &masters].concat();
     let against = tangents_against(scene, contact, (rows.len(), &taken, n))?;
-    let tangent = |(row, masters): (&usize, &Vec<(usize, f64)>)| {
+    let tangent = |(point, (row, masters)): (usize, (&usize, &Vec<(usize, f64)>))| {
         // u_t − Σ P u_m
         let masters = masters.iter().map(|&(m, p)| (m, -p));
         let all = std::iter::once((*row, 1.0)).chain(masters);
         let of_row = |(i, w): (usize, f64)| body.dofs.terms(i, 0).map(move |(j, t)| (j, w * t));
-        let (row, direction) = (all.flat_map(of_row).collect(), [0.0, 1.0, 0.0]);
+        let anchor = anchor(body, scene, point);
+        let row = if anchor.is_some() { vec![] } else { all.flat_map(of_row).collect() };
+        let direction = [0.0, 1.0, 0.0];
         coefficient.map(|coefficient| Tangent {
             row,
+            anchor,
             coefficient,
             surface,
             direction,
             only_slips: false,
         })
     };
-    Ok(rows.iter().zip(&against).map(tangent).collect())
+    Ok(rows.iter().zip(&against).enumerate().map(tangent).collect())
 }
 
 /// What tangents are counted against: nothing before rigid obstacles.
@@ -347,7 +353,7 @@ pub(super) fn given_matrices(
         fault(scene, key, e.to_string(), help)
     })?;
     let elastic = scene.all_sliders().iter().filter(|s| s.stiffness.is_some()).count();
-    Ok((body.with_memory(elastic), rows, gap))
+    Ok((body.with_memory(rows.tangents.len()).with_memory(elastic), rows, gap))
 }
 
 /// Matrices in free-interface form, where the scene asks for it.
@@ -467,7 +473,12 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), Prob
     }
     let contact = scene.contact.as_ref();
     let Some((contact, all)) = contact.and_then(|c| Some((c, c.against.as_ref()?))) else {
-        return Ok((ContactRows::facing(&rows), gap));
+        let along = contact.filter(|c| c.is_massless_along()).and_then(|c| c.tangents.clone());
+        let idle = along.unwrap_or_default();
+        let against = if idle.is_empty() { vec![] } else { vec![vec![]; rows.len()] };
+        let tangents = idle.iter().copied().zip(0..).collect();
+        let all = ContactRows { facing: rows, against, idle, tangents, ..ContactRows::default() };
+        return Ok((all, gap));
     };
     let against = counted(scene, "contact.against", all, (rows.len(), &rows, n))?;
     let mut idle: Vec<usize> = match contact.sides.unwrap_or_default() {
@@ -476,7 +487,7 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), Prob
     };
     idle.sort_unstable();
     idle.dedup();
-    Ok((ContactRows { facing: rows, against, idle, massless: vec![] }, gap))
+    Ok((ContactRows { facing: rows, against, idle, ..ContactRows::default() }, gap))
 }
 
 /// `N_C`, `N_O` from the terms of the contact stresses, or from files.

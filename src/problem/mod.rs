@@ -276,6 +276,7 @@ impl Problem {
         system.bearings = bearings.into();
         system.loads_mut().borne = borne;
         system.probes = probes::probes(scene, &system.body)?.into();
+        friction::move_loads(&mut system, &mut notes);
         friction::check(scene, &system, &mut notes)?;
         around_equilibrium(scene, &mut system)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;

@@ -46,12 +46,37 @@ impl Scene {
         }
     }
 
+    /// What displacements without mass along obstacles do not go with.
+    fn check_massless_along(&self) -> Check {
+        let Some(contact) = self.contact.as_ref().filter(|c| c.is_massless_along()) else {
+            return Ok(());
+        };
+        let is_static = self.run.as_ref().is_some_and(|r| r.quasistatic);
+        let others = [
+            (self.dim() == 3, "bodies in space"),
+            (self.slides(), "sliders"),
+            (self.reduction.is_some(), "a [reduction]"),
+            (is_static, "a run without inertia, which knows no masses: both are the same there"),
+            (self.initial.equilibrium, "a start at an equilibrium"),
+        ];
+        match others.iter().find(|o| o.0) {
+            None => Ok(()),
+            Some((_, what)) => {
+                let message = format!("\"massless\" does not go with {what}");
+                let help =
+                    "give tangent = \"inertia\": displacements along the obstacle keep their mass";
+                Err(Issue::new(contact.key(0, "tangent"), message, help))
+            }
+        }
+    }
+
     pub(super) fn check(&self) -> Check {
         self.check_expressions()?;
         self.check_body()?;
         self.check_materials()?;
         self.check_supports()?;
         self.check_contact()?;
+        self.check_massless_along()?;
         self.check_elements()?;
         self.check_damping()?;
         self.check_loads()?;

@@ -578,6 +578,11 @@ impl Contact {
         self.obstacles.iter().any(|o| o.coefficient().is_some())
     }
 
+    /// Whether displacements along rough obstacles have no mass.
+    pub fn is_massless_along(&self) -> bool {
+        self.tangent == Some(TangentKey::Massless) && self.has_friction()
+    }
+
     /// The key of the first coefficient of friction.
     pub(crate) fn friction_key(&self) -> String {
         let first = self.obstacles.iter().position(|o| o.coefficient().is_some());
@@ -619,11 +624,19 @@ impl Contact {
                 let help = "give method = \"mass-redistribution\", or remove friction";
                 return Err(Issue::new(self.friction_key(), message, help));
             }
-            if self.tangent == Some(TangentKey::Massless) {
-                let message = "\"massless\" is not here yet";
-                let help =
-                    "give tangent = \"inertia\": displacements along the obstacle keep their mass";
-                return Err(Issue::new(self.key(0, "tangent"), message, help));
+            if self.is_massless_along() {
+                let behind = self.obstacles.iter().any(|o| o.gap_behind.is_some());
+                let others = [
+                    (self.has_pairs() || self.against.is_some(), "pairs of surfaces"),
+                    (behind, "obstacles behind (gap_behind)"),
+                    (self.swings() || self.motion.is_some(), "obstacles that move"),
+                    (self.at_nodes().is_some() || self.by_nodes(), "contact at chosen nodes"),
+                ];
+                if let Some((_, what)) = others.iter().find(|o| o.0) {
+                    let message = format!("\"massless\" does not go with {what}");
+                    let help = "give tangent = \"inertia\": displacements along the obstacle keep their mass";
+                    return Err(Issue::new(self.key(0, "tangent"), message, help));
+                }
             }
             return Ok(());
         }

@@ -103,7 +103,7 @@ pub enum Inertia {
 pub enum TangentKey {
     /// They keep it: one motion from every state, whatever the coefficient.
     Inertia,
-    /// The boundary is quasi-static along the obstacle too.
+    /// The boundary is quasi-static along the obstacle too: a second discretisation, below a coefficient that depends on the mesh, for runs, orbits and responses by shooting.
     Massless,
 }
 

@@ -55,7 +55,8 @@ impl Kept {
     fn of(system: &System, part: Option<Columns>, (contact_alone, single): (bool, bool)) -> Kept {
         let all = system.tangents().unwrap_or_default();
         let entries = all.iter().enumerate().flat_map(|(i, tangent)| {
-            tangent.iter().flat_map(move |t| t.row.iter().map(move |&(j, w)| (i, j, w)))
+            let row = tangent.as_ref().map_or(vec![], |t| t.row_over(system.n_o()));
+            row.into_iter().map(move |(j, w)| (i, j, w))
         });
         let tangents = Csr::from_triplets(all.len(), system.n(), entries.collect());
         let (body, resultants) = (system.body.clone(), Resultants::new(system));

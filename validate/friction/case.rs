@@ -5,8 +5,11 @@
 //! - Under `P cos Ωt` it slips without a stop at Den Hartog's amplitude `√((P/kV)² − (μN/kU)²)`, `V = 1/(1 − r²)`, `U = sin(π/r)/(r(1 + cos(π/r)))`, and loses
 //!   `4μNA` a period; with two stops it slides from `A` to `−A` from where `P cos φ = A − μN`.
 //! - Behind a spring a slider turns, loses and comes to Den Hartog's oscillator as in `sliders.rs`.
+//! - The second variant, displacements without mass along the obstacle: `massless.rs`.
 //! - Without inertia a bar on a rough floor moves its end by `F²/2qEA`; see `paths.rs`.
 
+#[path = "massless.rs"]
+mod massless;
 #[path = "paths.rs"]
 mod paths;
 #[path = "sliders.rs"]
@@ -34,7 +37,7 @@ use witness::Scene;
 
 pub const CASE: Case = Case {
     name: "friction",
-    title: "Coulomb friction with tangents that keep their mass",
+    title: "Coulomb friction with tangents that keep their mass, and with tangents that do not",
     source: "closed forms (Den Hartog 1931, an oscillator on a belt); numbers of an independent program in Python; small projected steps",
     only_by_name: false,
     run,
@@ -63,6 +66,7 @@ fn system(scene: &Scene) -> Result<System, String> {
     let tangent = |&(entry, coefficient, surface): &(usize, f64, f64)| {
         let direction = [0.0, 1.0, 0.0];
         Some(Tangent {
+            anchor: None,
             row: vec![(entry, 1.0)],
             coefficient,
             surface,
@@ -467,6 +471,7 @@ fn run(effort: Effort) -> Outcome {
     checks.extend(flutter()?);
     checks.extend(impacts(effort)?);
     checks.extend(block(effort)?);
+    checks.extend(massless::run(effort)?);
     checks.extend(paths::run()?);
     checks.extend(sliders::run()?);
     checks.extend(random(effort)?);

@@ -89,7 +89,7 @@ impl Able {
             && system.impact().is_none()
             && system.gaps().len() == system.conditions().facing();
         let is_for_peers = match rubs {
-            _ if !is_plain || of_contact.into_iter().any(|f| *f != 0.0) => false,
+            _ if !is_plain || system.creeps() || of_contact.into_iter().any(|f| *f != 0.0) => false,
             None => system.is_conservative() && without_modes,
             Some(_) => {
                 !(system.is_damped() || system.loads.is_driven() || !system.sliders().is_empty())

@@ -236,6 +236,7 @@ pub(super) fn areas(body: &Body) -> Vec<f64> {
         }
     }
     of_pairs(&body.dofs, &mut area);
+    body.dofs.tangents.iter().for_each(|&(along, point)| area[along] = area[point]);
     for (area, point) in area.iter_mut().zip(&body.dofs.contact) {
         let group = body.dofs.facing.get(point.group).map_or("", |f| f.group.as_str());
         if body.mesh.chosen(group).is_some() {

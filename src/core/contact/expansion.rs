@@ -3,12 +3,13 @@
 //! Where contact displacements follow from the others: in contact `u_C = g`; free `u_C,f = N_ff⁻¹ (p_f,f(t) − N_f,O u_O − N_f,c g_c)`. Where they have
 //! inertia they are displacements of the body, seen along the normals, `u_C = n u_O`. Harmonic loads on `u_C` move it: they come as *drives*.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
 use super::conditions::Conditions;
-use super::coupling::Block;
+use super::coupling::{Block, Coupling};
 use crate::fem::{Csr, Harmonic, Measured};
 
 /// A load that changes in time: a harmonic one, with its place among those, or one with a measured history.
@@ -110,16 +111,56 @@ pub(super) struct Solved {
     pub conditions: Arc<Conditions>,
     /// Displacements that are free.
     pub free: Vec<usize>,
-    /// `N_ff⁻¹`
+    /// `N_ff⁻¹`, with friction `(E N)_f⁻¹`
     block: Block,
+    along: Adhesion,
+}
+
+/// Displacements along rough obstacles that have no mass. One that slips follows from `r_t = f r_n`, a row `e_t − f e_n` of `E`; one that sticks stands at an entry `z` of `u_O`.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Adhesion {
+    /// Those that slip: place among the free ones, `n`, `f`.
+    pub slips: Vec<(usize, usize, f64)>,
+    /// Those that stick: `t`, and the entry of `u_O`.
+    pub stuck: Vec<(usize, usize)>,
+}
+
+impl Adhesion {
+    fn is_none(&self) -> bool {
+        self.slips.is_empty() && self.stuck.is_empty()
+    }
 }
 
 impl Solved {
     pub fn new(conditions: &Arc<Conditions>, free: Vec<usize>) -> Solved {
+        Solved::along(conditions, free, Adhesion::default())
+    }
+
+    /// The same where displacements along rough obstacles have no mass.
+    pub fn along(conditions: &Arc<Conditions>, free: Vec<usize>, along: Adhesion) -> Solved {
         // principal blocks of a P-matrix are regular; one that is not gives what is no number
         let singular = |_| Block::Diagonal(vec![f64::NAN; free.len()]);
-        let block = conditions.n_c.block(&free).unwrap_or_else(singular);
-        Solved { conditions: conditions.clone(), free, block }
+        let n_c = &conditions.n_c;
+        let block = match along.slips.is_empty() {
+            true => n_c.block(&free),
+            false => {
+                let mut block =
+                    DMatrix::from_fn(free.len(), free.len(), |a, b| n_c[(free[a], free[b])]);
+                for &(k, n, f) in &along.slips {
+                    (0..free.len()).for_each(|b| block[(k, b)] -= f * n_c[(n, free[b])]);
+                }
+                Coupling::from(block).block(&(0..free.len()).collect::<Vec<_>>())
+            }
+        };
+        let block = block.unwrap_or_else(singular);
+        Solved { conditions: conditions.clone(), free, block, along }
+    }
+
+    /// `E x` over the free displacements, of what the rows of the conditions have.
+    pub fn combined(&self, of_row: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut x: Vec<f64> = self.free.iter().map(|&i| of_row(i)).collect();
+        self.along.slips.iter().for_each(|&(k, n, f)| x[k] -= f * of_row(n));
+        x
     }
 
     /// `x ← N_ff⁻¹ x` over the free displacements.
@@ -131,15 +172,26 @@ impl Solved {
 
     /// From `stress = N_O x` to `A x` over the free displacements.
     pub fn follow(&self, stress: &[f64]) -> Vec<f64> {
-        let mut x: Vec<f64> = self.free.iter().map(|&i| -stress[i]).collect();
+        let mut x = self.combined(|i| -stress[i]);
         self.solve(&mut x);
         x
+    }
+
+    /// `Aᵀ` of one of the contact displacements: a row of `A_α`.
+    pub fn row(&self, displacement: usize) -> Vec<(usize, f64)> {
+        let mut unit = vec![0.0; self.conditions.count()];
+        unit[displacement] = 1.0;
+        let mut row = BTreeMap::new();
+        self.push(&unit, |j, x| *row.entry(j).or_insert(0.0) += x);
+        row.into_iter().filter(|e| e.1 != 0.0).collect()
     }
 
     /// `N_ff⁻¹` where no contact point knows of another.
     fn diagonal(&self) -> Option<&Vec<f64>> {
         match &self.block {
-            Block::Diagonal(inverse) if self.conditions.is_diagonal => Some(inverse),
+            Block::Diagonal(inverse) if self.conditions.is_diagonal && self.along.is_none() => {
+                Some(inverse)
+            }
             _ => None,
         }
     }
@@ -154,10 +206,16 @@ impl Solved {
                 }
             }
             None => {
-                let stress: Vec<f64> =
-                    (0..self.conditions.count()).map(|i| n_o.row_dot(i, x_o)).collect();
+                let n_c = &self.conditions.n_c;
+                let of_stuck = |i: usize| -> f64 {
+                    self.along.stuck.iter().map(|&(t, z)| n_c[(i, t)] * x_o[z]).sum()
+                };
+                let stress: Vec<f64> = (0..self.conditions.count())
+                    .map(|i| n_o.row_dot(i, x_o) + of_stuck(i))
+                    .collect();
                 let free = self.follow(&stress);
                 self.free.iter().zip(free.iter()).for_each(|(&i, &v)| x_c[i] += v);
+                self.along.stuck.iter().for_each(|&(t, z)| x_c[t] += x_o[z]);
             }
         }
     }
@@ -166,8 +224,18 @@ impl Solved {
     pub fn push(&self, b_c: &[f64], mut add: impl FnMut(usize, f64)) {
         let mut x: Vec<f64> = self.free.iter().map(|&i| -b_c[i]).collect();
         self.block.solve_transposed(&mut x);
+        let Conditions { n_o, n_c, .. } = &*self.conditions;
         for (&i, &y) in self.free.iter().zip(x.iter()) {
-            self.conditions.n_o.row(i).for_each(|(j, v)| add(j, y * v));
+            n_o.row(i).for_each(|(j, v)| add(j, y * v));
+        }
+        let Adhesion { slips, stuck } = &self.along;
+        for &(k, n, f) in slips {
+            n_o.row(n).for_each(|(j, v)| add(j, -f * x[k] * v));
+        }
+        for &(t, z) in stuck {
+            let of_free: f64 = self.free.iter().zip(&x).map(|(&i, y)| y * n_c[(i, t)]).sum();
+            let of_slips: f64 = slips.iter().map(|&(k, n, f)| f * x[k] * n_c[(n, t)]).sum();
+            add(z, b_c[t] + of_free - of_slips);
         }
     }
 
@@ -175,6 +243,13 @@ impl Solved {
     fn entries(&self) -> Vec<(usize, usize, f64)> {
         let c = &self.conditions;
         let mut entries = vec![];
+        if !self.along.is_none() {
+            let stuck = self.along.stuck.iter().map(|e| e.0);
+            let all = self.free.iter().copied().chain(stuck);
+            return all
+                .flat_map(|i| self.row(i).into_iter().map(move |(j, v)| (i, j, v)))
+                .collect();
+        }
         match self.diagonal() {
             Some(inverse) => {
                 for (&i, inverse) in self.free.iter().zip(inverse) {

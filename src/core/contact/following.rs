@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use super::conditions::Conditions;
-use super::expansion::{Driven, Expansion, Follow, Signal, Solved};
-use super::friction::{Friction, Rubbing};
+use super::expansion::{Adhesion, Driven, Expansion, Follow, Signal, Solved};
+use super::friction::{Anchor, Friction, Rubbing};
 use super::inertia::{Inertia, PhaseInertia};
 use super::law::{Exit, Law};
 use super::lcp::Side;
@@ -24,12 +24,13 @@ pub(super) fn following(
     parts: &Parts,
     set: &States,
 ) -> Phase {
-    let maker = Maker::new(conditions, set);
+    let maker = Maker::new(conditions, set, friction);
     let loads = &parts.loads;
     let load = loads.constant.as_ref().and_then(|f| maker.load_on_contact(f));
     let offset = maker.shift(load.as_deref(), true);
     // what friction holds feels every load
-    let sticks = friction.is_some() && set.iter().any(|s| s == PointState::Stick);
+    let has_mass = |i: usize| friction.is_some_and(|f| f.anchor(i).is_none());
+    let sticks = set.iter().enumerate().any(|(i, s)| s == PointState::Stick && has_mass(i));
     let harmonic =
         loads.harmonics.iter().enumerate().filter_map(|(k, h)| maker.drive(k, h, sticks));
     // of measured loads that act on contact displacements there are none where reactions are the pressures
@@ -37,12 +38,15 @@ pub(super) fn following(
     let measured = measured.map(|m| maker.still(Signal::Measured(m.clone())));
     let drives: Vec<(Driven, Vec<f64>)> = harmonic.chain(measured).collect();
     let driven = |k: usize| -> Vec<f64> { drives.iter().map(|d| d.1[k]).collect() };
+    let count = drives.len();
+    let reaction =
+        |anchor: Anchor| reaction(conditions, anchor.displacement, load.as_deref(), count);
     let of_contact = (0..conditions.len()).map(|k| maker.row(k, load.as_deref(), driven(k)));
-    let limits = friction.iter().flat_map(|f| f.limits(drives.len()));
+    let limits = friction.iter().flat_map(|f| f.limits(count));
     let rows: Vec<Row> = of_contact.chain(limits).collect();
     let drives = drives.into_iter().map(|d| d.0).collect();
     let expansion = Expansion { follow: Follow::Solved(maker.solved), offset, drives };
-    let rubbing = friction.map(|f| Rubbing::new(f, set, &rows, &expansion, parts));
+    let rubbing = friction.map(|f| Rubbing::new(f, set, (&rows, &reaction), &expansion, parts));
     let (mut monitors, mut reactions) = (vec![], vec![]);
     for ((point, state), row) in set.iter().enumerate().zip(rows) {
         let of = |&(kind, to): &Exit| {
@@ -62,6 +66,15 @@ pub(super) fn following(
     Phase::new(parts.clone(), set.clone(), monitors, data)
 }
 
+/// The reaction of a contact displacement over its area, under constant loads, beside so many drives.
+fn reaction(c: &Arc<Conditions>, d: usize, load: Option<&[f64]>, drives: usize) -> Row {
+    let (a, b) = c.sums(d);
+    let size = Size { a, b, gap: 0.0, c: 1.0 };
+    let terms = vec![(-1.0, Term::StressO(c.clone(), d)), (-1.0, Term::StressC(c.clone(), d))];
+    let constant = load.map_or(0.0, |p| p[d]);
+    Row::of_displacements(constant, terms, vec![0.0; drives], [size; 2])
+}
+
 struct Maker<'a> {
     c: &'a Arc<Conditions>,
     set: &'a States,
@@ -69,10 +82,17 @@ struct Maker<'a> {
 }
 
 impl<'a> Maker<'a> {
-    fn new(c: &'a Arc<Conditions>, set: &'a States) -> Maker<'a> {
+    fn new(c: &'a Arc<Conditions>, set: &'a States, friction: Option<&Arc<Friction>>) -> Maker<'a> {
         let places = c.places(set);
-        let free: Vec<usize> = (0..c.count()).filter(|&d| places[d] == Side::Free).collect();
-        Maker { c, set, solved: Solved::new(c, free) }
+        let sticks = |(point, a): (usize, Anchor)| {
+            (set.at(point) == PointState::Stick).then_some(a.displacement)
+        };
+        let stuck: Vec<usize> =
+            friction.iter().flat_map(|f| f.anchors()).filter_map(sticks).collect();
+        let is_free = |d: &usize| places[*d] == Side::Free && !stuck.contains(d);
+        let free: Vec<usize> = (0..c.count()).filter(is_free).collect();
+        let along = friction.map_or_else(Adhesion::default, |f| f.adhesion(set, c, &free));
+        Maker { c, set, solved: Solved::along(c, free, along) }
     }
 
     /// The pressures that a force brings in, if it does.
@@ -95,8 +115,8 @@ impl<'a> Maker<'a> {
             }
         }
         // free entries of d are still zero
-        let rest = |&i: &usize| load.map_or(0.0, |p| p[i]) - c.n_c.row_dot(i, &d);
-        let mut x: Vec<f64> = solved.free.iter().map(rest).collect();
+        let rest = |i: usize| load.map_or(0.0, |p| p[i]) - c.n_c.row_dot(i, &d);
+        let mut x = solved.combined(rest);
         solved.solve(&mut x);
         solved.free.iter().zip(x.iter()).for_each(|(&i, &x)| d[i] = x);
         d

@@ -16,7 +16,7 @@
 use std::sync::Arc;
 
 use super::conditions::Conditions;
-use super::expansion::{Driven, Expansion, Part};
+use super::expansion::{Adhesion, Driven, Expansion, Part};
 use super::monitor::{MonitorKind, Row, Seen, Size, Term};
 use super::phase::Parts;
 use super::reactions::Holds;
@@ -28,8 +28,10 @@ use crate::mesh::Point;
 /// Friction of one contact point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tangent {
-    /// `e`: the displacement along the tangent is `e u_O`; entries of `u_O`, each once.
+    /// `e`: the displacement along the tangent is `e u_O`; entries of `u_O`, each once. None where it has no mass: what it is follows from the phase.
     pub row: Vec<(usize, f64)>,
+    /// Where it has no mass: which one it is.
+    pub anchor: Option<Anchor>,
     /// `μ > 0`
     pub coefficient: f64,
     /// `V`: velocity of the obstacle's surface along the tangent.
@@ -40,7 +42,25 @@ pub struct Tangent {
     pub only_slips: bool,
 }
 
+/// A displacement along an obstacle without mass: `u_t`, a contact displacement. Where the point sticks, `u_t = z`; `z` is a displacement of `u_O` that has a mass of one,
+/// no force, and the velocity of the surface; it is set anew where the point begins to stick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Anchor {
+    /// Its place in `u_C`.
+    pub displacement: usize,
+    /// The entry of `u_O` that is `z`.
+    pub memory: usize,
+}
+
 impl Tangent {
+    /// The same over `u`: displacements without mass are contact displacements.
+    pub fn row_over(&self, n_o: usize) -> Vec<(usize, f64)> {
+        match self.anchor {
+            None => self.row.clone(),
+            Some(anchor) => vec![(n_o + anchor.displacement, 1.0)],
+        }
+    }
+
     /// `e x`
     pub fn along(&self, x: &[f64]) -> f64 {
         along(&self.row, x)
@@ -103,7 +123,7 @@ impl Elastic {
 impl Slider {
     fn tangent(&self) -> Tangent {
         let (row, direction) = (self.row.clone(), self.direction);
-        Tangent { row, coefficient: 1.0, surface: 0.0, direction, only_slips: false }
+        Tangent { row, anchor: None, coefficient: 1.0, surface: 0.0, direction, only_slips: false }
     }
 
     /// `w u`
@@ -177,6 +197,36 @@ impl Friction {
         let pulled = pulled.chain(sliders.iter().filter_map(|s| Some(s.elastic?.memory)));
         let along = Along::new(rows, (stiffness, n_o), pulled, solve);
         Friction { tangents, sliders, area, place, along }
+    }
+
+    /// The points whose displacements along the obstacle have no mass.
+    pub fn anchors(&self) -> impl Iterator<Item = (usize, Anchor)> + '_ {
+        let all = self.tangents.iter().enumerate();
+        all.filter_map(|(i, t)| Some((i, t.as_ref()?.anchor?)))
+    }
+
+    /// The anchor of a point that has one.
+    pub fn anchor(&self, point: usize) -> Option<Anchor> {
+        self.tangents.get(point)?.as_ref()?.anchor
+    }
+
+    /// What displacements without mass along the obstacles do in a phase; `free` are those that follow.
+    pub fn adhesion(&self, set: &States, conditions: &Conditions, free: &[usize]) -> Adhesion {
+        let mut along = Adhesion::default();
+        for (point, Anchor { displacement, memory }) in self.anchors() {
+            let place = free.iter().position(|d| *d == displacement);
+            match (set.at(point).slip(), place) {
+                (Some(sigma), Some(place)) => {
+                    // areas are those of the points
+                    let (normal, sign) = conditions.points[point];
+                    let mu = self.tangents[point].as_ref().map_or(0.0, |t| t.coefficient);
+                    along.slips.push((place, normal, sigma * mu * sign));
+                }
+                (None, None) => along.stuck.push((displacement, memory)),
+                _ => {}
+            }
+        }
+        along
     }
 
     /// The spring of a slider that has one, along `(w, −1)`.
@@ -277,27 +327,39 @@ struct Slip {
     pressure: Affine,
 }
 
+/// A point that sticks by a displacement without mass.
+#[derive(Debug)]
+struct Adhering {
+    point: usize,
+    tangent: Tangent,
+    /// `r_t` over the area.
+    row: Row,
+    reaction: Affine,
+}
+
 /// What friction does in one phase.
 #[derive(Debug)]
 pub(super) struct Rubbing {
     friction: Arc<Friction>,
     slips: Vec<Slip>,
     stuck: Vec<(usize, Tangent)>,
+    /// What sticks without mass: its reaction over the area, as a row and of `u_O` alone.
+    adheres: Vec<Adhering>,
     /// Springs of sliders that stick: their points, and `(w, −1)` over `u_O` and `z`.
     springs: Vec<(usize, Discrete)>,
-    /// The places `z` of all springs, as rows.
-    memory: Vec<[(usize, f64); 1]>,
+    /// The places `z` of all springs and of what has no mass, as rows, and their velocities.
+    memory: Vec<([(usize, f64); 1], f64)>,
     holds: Option<Holds>,
     /// `q` of the points that stick, `area q = λ`.
     tractions: Tractions,
 }
 
 impl Rubbing {
-    /// In a phase; `pressures` are the rows of all points.
+    /// In a phase; `pressures` are the rows of all points, `reactions` those along the obstacle of what has no mass there.
     pub fn new(
         friction: &Arc<Friction>,
         set: &States,
-        pressures: &[Row],
+        (pressures, reactions): (&[Row], &dyn Fn(Anchor) -> Row),
         expansion: &Expansion,
         parts: &Parts,
     ) -> Rubbing {
@@ -306,25 +368,44 @@ impl Rubbing {
             let (sigma, tangent) = (state.slip()?, friction.tangents[point].as_ref()?);
             let factor = sigma * friction.limit_over_pressure(point);
             let pressure = Affine::of(&pressures[point], expansion, n_o);
-            Some(Slip { point, tangent: tangent.clone(), factor, pressure })
+            let mut tangent = tangent.clone();
+            if let (Some(anchor), Some(solved)) = (tangent.anchor, expansion.solved()) {
+                tangent.row = solved.row(anchor.displacement);
+            }
+            Some(Slip { point, tangent, factor, pressure })
         };
         let slips = set.iter().enumerate().filter_map(slip).collect();
         let sticks = |(point, _): &(usize, PointState)| set.at(*point) == PointState::Stick;
         let stick = |(point, _): (usize, PointState)| {
             let tangent = friction.tangents[point].as_ref()?;
-            friction.spring(point).is_none().then(|| (point, tangent.clone()))
+            let has_mass = friction.spring(point).is_none() && tangent.anchor.is_none();
+            has_mass.then(|| (point, tangent.clone()))
         };
         let at_rest = || set.iter().enumerate().filter(sticks);
         let stuck: Vec<(usize, Tangent)> = at_rest().filter_map(stick).collect();
+        let adhere = |(point, _): (usize, PointState)| {
+            let tangent = friction.tangents[point].clone()?;
+            let row = reactions(tangent.anchor?);
+            let reaction = Affine::of(&row, expansion, n_o);
+            Some(Adhering { point, tangent, row, reaction })
+        };
+        let adheres = at_rest().filter_map(adhere).collect();
         let springs = at_rest().filter_map(|(point, _)| Some((point, friction.spring(point)?)));
         let springs = springs.collect();
         let elastic = friction.sliders.iter().filter_map(|s| s.elastic);
-        let memory = elastic.map(|e| [(e.memory, 1.0)]).collect();
+        let of_springs = elastic.map(|e| ([(e.memory, 1.0)], 0.0));
+        let anchored = friction.anchors().map(|(point, anchor)| {
+            let sticks = set.at(point) == PointState::Stick;
+            let tangent = friction.tangents[point].as_ref().filter(|_| sticks);
+            ([(anchor.memory, 1.0)], tangent.map_or(0.0, |t| t.surface))
+        });
+        let memory = anchored.chain(of_springs).collect();
         let places = stuck.iter().map(|s| friction.place[s.0]).collect();
         let holds = Holds::along(&friction.along.columns, places, vec![]);
         let friction = friction.clone();
         let tractions = Tractions::default();
-        let mut rubbing = Rubbing { friction, slips, stuck, springs, memory, holds, tractions };
+        let mut rubbing =
+            Rubbing { friction, slips, stuck, adheres, springs, memory, holds, tractions };
         rubbing.tractions = rubbing.stick(expansion, parts);
         rubbing
     }
@@ -378,7 +459,10 @@ impl Rubbing {
                 rates: tangent.row.iter().map(|&(j, w)| (sigma * w, Term::Of(j))).collect(),
                 drives: vec![0.0; pressure.drives.len()],
                 size: [size; 2],
-                rate_size: 1.0,
+                rate_size: match tangent.anchor {
+                    None => 1.0,
+                    Some(_) => tangent.row.iter().map(|e| e.1.abs()).sum(),
+                },
             });
         }
         let sign = if kind == MonitorKind::StickPlus { -1.0 } else { 1.0 };
@@ -389,6 +473,10 @@ impl Rubbing {
             let drives = vec![0.0; pressure.drives.len()];
             let force = Row::of_displacements(0.0, terms.collect(), drives, [size; 2]);
             return Some(combined([(1.0, pressure), (sign, &force)]));
+        }
+        if let Some(Adhering { tangent, row, .. }) = self.adheres.iter().find(|s| s.point == point)
+        {
+            return Some(combined([(tangent.coefficient, pressure), (sign, row)]));
         }
         let place = self.stuck.iter().position(|s| s.0 == point)?;
         let coefficient = self.stuck[place].1.coefficient;
@@ -410,24 +498,63 @@ impl Rubbing {
         self.slips.iter().any(|s| !s.pressure.entries.is_empty())
     }
 
-    /// The forces of the slipping points and of springs: `b −= f p` at a state. None on what only remembers.
-    pub fn push(&self, t: f64, u_o: &[f64], drives: &[Driven], b: &mut [f64]) {
+    /// The forces of the slipping points and of springs: `b −= f p` at a state. None on what only remembers. Where what slips has no mass, it damps as it is stiff, by `β ṗ`.
+    pub fn push(
+        &self,
+        t: f64,
+        (u_o, v_o): (&[f64], &[f64]),
+        beta: f64,
+        drives: &[Driven],
+        b: &mut [f64],
+    ) {
         for slip in &self.slips {
-            let pressure = slip.pressure.at(t, u_o, drives);
+            let mut pressure = slip.pressure.at(t, u_o, drives);
+            if beta > 0.0 && slip.tangent.anchor.is_some() {
+                pressure += beta * slip.pressure.along(v_o);
+            }
             slip.tangent.row.iter().for_each(|(j, w)| b[*j] -= slip.factor * w * pressure);
         }
         for (_, spring) in &self.springs {
             let force = spring.stiffness * spring.along(u_o);
             spring.row.iter().for_each(|(j, w)| b[*j] -= force * w);
         }
-        self.memory.iter().for_each(|[(z, _)]| b[*z] = 0.0);
+        self.memory.iter().for_each(|([(z, _)], _)| b[*z] = 0.0);
     }
 
-    /// Take the acceleration of what sticks.
+    /// Take the acceleration of what sticks, and of what only remembers.
     pub fn stop(&self, a: &mut [f64]) {
+        self.memory.iter().for_each(|([(z, _)], _)| a[*z] = 0.0);
         if let Some(holds) = &self.holds {
             holds.stop(a);
         }
+    }
+
+    /// Whether displacements along obstacles have no mass, at some points.
+    pub fn creeps(&self) -> bool {
+        self.friction.anchors().next().is_some()
+    }
+
+    /// Whether some without mass stick to a surface that moves.
+    pub fn is_carried(&self) -> bool {
+        self.adheres.iter().any(|a| a.tangent.surface != 0.0)
+    }
+
+    /// Where displacements without mass do not stick, `z` is where they are.
+    pub fn remember(&self, set: &States, u: &mut [f64], n_o: usize) {
+        let all = self.friction.anchors();
+        let free = all.filter(|(point, _)| set.at(*point) != PointState::Stick);
+        free.for_each(|(_, anchor)| u[anchor.memory] = u[n_o + anchor.displacement]);
+    }
+
+    /// What the power `v·K v` of a full velocity is more than that of the forces on `u_O` that have inertia, and friction's share in it: `f (e v)(p v)` of what slips, less `V (K v)_t` of what sticks.
+    pub fn viscous(&self, v_o: &[f64], v: &[f64], stiffness: &Csr) -> f64 {
+        let massless = self.slips.iter().filter(|s| s.tangent.anchor.is_some());
+        let slips = massless.map(|s| s.factor * s.tangent.along(v_o) * s.pressure.along(v_o));
+        let carried = self.adheres.iter().filter_map(|a| {
+            let anchor = a.tangent.anchor.filter(|_| a.tangent.surface != 0.0)?;
+            Some(a.tangent.surface * stiffness.row_dot(v_o.len() + anchor.displacement, v))
+        });
+        slips.sum::<f64>() - carried.sum::<f64>()
     }
 
     /// The stiffness of the slipping points' friction: `f e pᵀ`, entry by entry.
@@ -441,8 +568,13 @@ impl Rubbing {
 
     /// What sticks: its displacement as a row over `u_O`, and its velocity.
     pub(crate) fn stuck(&self) -> impl Iterator<Item = (&[(usize, f64)], f64)> {
-        let memory = self.memory.iter().map(|z| (&z[..], 0.0));
+        let memory = self.memory.iter().map(|(z, velocity)| (&z[..], *velocity));
         self.stuck.iter().map(|(_, t)| (&t.row[..], t.surface)).chain(memory)
+    }
+
+    /// Entries of `u_O` that only remember: their inertia is none of the body's.
+    pub(crate) fn remembers(&self) -> impl Iterator<Item = usize> + '_ {
+        self.memory.iter().map(|([(z, _)], _)| *z)
     }
 
     /// The springs of sliders that stick; they do not damp.
@@ -478,9 +610,36 @@ impl Rubbing {
         }
         let stuck = self.stuck.iter().zip(self.reactions(t, (u_o, v_o), drives));
         stuck.for_each(|((point, _), reaction)| q[*point] = -reaction);
+        self.adheres.iter().for_each(|a| q[a.point] = -a.reaction.at(t, u_o, drives));
         for (point, spring) in &self.springs {
             q[*point] = -spring.stiffness * spring.along(u_o);
         }
+    }
+}
+
+/// What a displacement without mass along an obstacle is in a phase: `u_t = row · u_O + constant`; where its point sticks it stands at `z`.
+#[derive(Debug, Clone)]
+pub(crate) struct Creep {
+    pub point: usize,
+    /// The entry of `u_O` that is `z`.
+    pub memory: usize,
+    pub sticks: bool,
+    pub row: Vec<(usize, f64)>,
+    pub constant: f64,
+    /// Velocity of the surface.
+    pub surface: f64,
+}
+
+impl Rubbing {
+    /// All displacements without mass along obstacles.
+    pub fn creeping(&self, expansion: &Expansion) -> Vec<Creep> {
+        let of = |(point, Anchor { displacement, memory }): (usize, Anchor)| {
+            let sticks = self.adheres.iter().any(|a| a.point == point);
+            let surface = self.friction.tangents[point].as_ref().map_or(0.0, |t| t.surface);
+            let row = expansion.solved().map_or(vec![], |solved| solved.row(displacement));
+            Creep { point, memory, sticks, row, constant: expansion.offset[displacement], surface }
+        };
+        self.friction.anchors().map(of).collect()
     }
 }
 
@@ -511,6 +670,10 @@ impl Rubbing {
             let s = slip.tangent.slip_velocity(v_o);
             let rates = RubbingRates { work: r * s, path: s.abs(), belt: -r * surface };
             each(slip.point, rates);
+        }
+        for Adhering { point, tangent, reaction, .. } in &self.adheres {
+            let belt = -area[*point] * reaction.at(t, u_o, drives) * tangent.surface;
+            each(*point, RubbingRates { belt, ..RubbingRates::default() });
         }
         // the others have no power
         if self.stuck.iter().all(|(_, tangent)| tangent.surface == 0.0) {

@@ -1,6 +1,7 @@
 //! Contact: boundary stress, complementarity, active sets, methods, phases (theory §2–5).
 
 mod added;
+pub(crate) mod adhesion;
 mod around;
 mod bearings;
 #[doc(hidden)]
@@ -47,6 +48,7 @@ pub(crate) mod system;
 mod tractions;
 
 pub(crate) use added::Added;
+pub(crate) use adhesion::{Choice, Touch};
 pub use bearings::{Bearings, Borne, Pull};
 pub use boundary::Stress;
 pub use conditions::{Conditions, Gaps};
@@ -56,7 +58,8 @@ pub use equilibrium::NoEquilibrium;
 pub(crate) use equilibrium::{monitor_tolerance, static_displacement};
 pub use excursions::{Excursions, Strayed};
 pub use expansion::{Drive, MeasuredDrive};
-pub use friction::{Elastic, RubbingRates, Slider, Tangent};
+pub(crate) use friction::Creep;
+pub use friction::{Anchor, Elastic, RubbingRates, Slider, Tangent};
 pub use given::Given;
 pub use impact::{Blow, BlowMap, Impact};
 pub use law::{
@@ -130,6 +133,14 @@ pub enum ContactError {
         "friction acts on nodal reactions and tangents that keep their mass: mass redistribution, or stress = \"reaction\" with inertia = \"constant\""
     )]
     NoFriction,
+    /// Nothing has mass along rough obstacles, and no states of the points go together.
+    #[error(
+        "at t = {t} no states of the points before the rough obstacle go together: the coefficient of friction may be beyond the bound of tangent = \"massless\""
+    )]
+    NoAdhesion {
+        /// When.
+        t: f64,
+    },
     /// Springs that rounding errors drown.
     #[error(
         "springs {ratio:.1e} times as stiff as the body drown its own forces in rounding errors: give at most 1e8 times its stiffness"

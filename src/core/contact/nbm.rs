@@ -105,11 +105,14 @@ impl Nbm {
         tangents.resize(c.len(), None);
         let mut scratch = mass.scratch();
         let solve = |x: &mut [f64]| mass.solve(x, &mut scratch);
-        let law = Box::new(Coulomb { coefficients: extremes, sliders: sliders.len() });
+        let is_massless = tangents.iter().flatten().any(|t| t.anchor.is_some());
+        let law = Coulomb { coefficients: extremes, is_massless, sliders: sliders.len() };
         let of_body = (&body.stiffness, &**c);
         let friction = Friction::new(tangents, sliders, of_body, solve);
-        let highest = self.highest.hypot(friction.of_springs().sqrt());
-        Ok(Nbm { friction: Some(Arc::new(friction)), law, highest, ..self })
+        // no bound is known where what slips has no mass: its projections are oblique, by a norm of a few
+        let highest = if friction.anchors().next().is_some() { 2.0 } else { 1.0 } * self.highest;
+        let highest = highest.hypot(friction.of_springs().sqrt());
+        Ok(Nbm { friction: Some(Arc::new(friction)), law: Box::new(law), highest, ..self })
     }
 }
 

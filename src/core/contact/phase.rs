@@ -15,7 +15,7 @@ use faer::Mat;
 
 use super::damping::{Dampers, Rayleigh};
 use super::expansion::{Drive, Driven, Expansion, MeasuredDrive, Part, Signal};
-use super::friction::{Rubbing, RubbingRates, elastic_force};
+use super::friction::{Creep, Rubbing, RubbingRates, elastic_force};
 use super::inertia::PhaseInertia;
 use super::monitor::{Monitor, MonitorKind, Row, Seen};
 use super::obstacle::Obstacle;
@@ -110,9 +110,12 @@ impl Phase {
         self.data.expansion.expand(x_o, x, Part::Linear);
     }
 
-    /// `u = A* u_O + d*(t)` of the first entries of a full vector, in place.
+    /// `u = A* u_O + d*(t)` of the first entries of a full vector, in place; what does not stick is remembered where it is.
     pub(crate) fn complete_displacement(&self, t: f64, u: &mut [f64]) {
         self.data.expansion.fill(u, self.n_o(), Part::Whole(t));
+        if let Some(rubbing) = self.creeping() {
+            rubbing.remember(&self.set, u, self.n_o());
+        }
     }
 
     /// `u̇ = A* u̇_O + ḋ*(t)`, likewise.
@@ -230,7 +233,8 @@ impl Phase {
             self.expand_velocity(t, v_o, &mut s.v);
         }
         if let Some(rubbing) = &self.data.rubbing {
-            rubbing.push(t, u_o, &self.data.expansion.drives, &mut s.b);
+            let beta = damping.map_or(0.0, |d| d.beta);
+            rubbing.push(t, (u_o, v_o), beta, &self.data.expansion.drives, &mut s.b);
         }
         self.data.inertia.accelerate(&self.data.expansion, s, a_o);
         if let Some(d) = damping.filter(|d| d.alpha != 0.0) {
@@ -266,6 +270,26 @@ impl Phase {
         self.data.rubbing.iter().flat_map(Rubbing::stuck).collect()
     }
 
+    /// What friction does where displacements along obstacles have no mass.
+    fn creeping(&self) -> Option<&Rubbing> {
+        self.data.rubbing.as_ref().filter(|r| r.creeps())
+    }
+
+    /// Whether displacements along obstacles have no mass, at some points.
+    pub(crate) fn creeps(&self) -> bool {
+        self.creeping().is_some()
+    }
+
+    /// What they are.
+    pub(crate) fn creep(&self) -> Vec<Creep> {
+        self.creeping().map_or(vec![], |r| r.creeping(&self.data.expansion))
+    }
+
+    /// Entries of `u_O` that only remember: their inertia is none of the body's.
+    pub(crate) fn remembers(&self) -> Vec<usize> {
+        self.data.rubbing.iter().flat_map(Rubbing::remembers).collect()
+    }
+
     /// Whether monitors know velocities, and their rates accelerations.
     pub(crate) fn knows_velocities(&self) -> bool {
         self.data.rubbing.as_ref().is_some_and(Rubbing::knows_velocities)
@@ -288,9 +312,16 @@ impl Phase {
     /// Dissipated power `u̇_Oᵀ C_α u̇_O`, and what forces without a potential take, for the displacement in `s.u`; leaves `A* u̇_O` in `s.v`.
     pub fn dissipation(&self, v_o: &[f64], s: &mut Scratch) -> f64 {
         self.expand(v_o, &mut s.v);
-        let v = &s.v;
-        let mut power = 0.0;
         let body = &self.parts.body;
+        let mut power = 0.0;
+        if let (Some(d), Some(rubbing)) = (self.parts.damping, self.creeping())
+            && d.beta > 0.0
+        {
+            power += d.beta * rubbing.viscous(v_o, &s.v, &body.stiffness);
+        }
+        let rubbing = self.data.rubbing.iter();
+        rubbing.flat_map(Rubbing::remembers).for_each(|z| s.v[z] = 0.0);
+        let v = &s.v;
         if let Some((obstacle, pushes)) = self.pushing().filter(|(o, _)| !o.has_potential()) {
             let u_o = &s.u[..v_o.len()];
             let of = |&k: &usize| along(&obstacle.lost_along(k), v_o) * obstacle.push(k, u_o, true);
@@ -541,6 +572,14 @@ impl Phase {
     /// The stiffness over `u_O` that damps, where it is not `K_α` itself: that of the body alone.
     pub(crate) fn damping_stiffness(&self) -> Option<Csr> {
         let body = &self.parts.body;
+        // without mass what slips damps as it is stiff, and nothing acts on what only remembers
+        if let Some(rubbing) = self.creeping().filter(|r| r.slips() || r.is_carried()) {
+            let still = self.remembers();
+            let own = body.stiffness.congruence(&self.a_star());
+            let all = own.triplets().chain(rubbing.stiffness());
+            let kept = all.filter(|e| !still.contains(&e.0)).collect();
+            return Some(Csr::from_triplets(self.n_o(), self.n_o(), kept));
+        }
         if self.springs().next().is_some() {
             return Some(body.stiffness.congruence(&self.a_star()));
         }

@@ -8,7 +8,7 @@ use super::boundary::{self, BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
 use super::damping::{Dampers, Rayleigh};
-use super::friction::{Slider, Tangent};
+use super::friction::{Anchor, Slider, Tangent};
 use super::impact::Impact;
 use super::inertia::Inertia;
 use super::law::{Law, Restitution};
@@ -169,10 +169,10 @@ impl System {
         self.method.friction().map(|f| &f.tangents[..])
     }
 
-    /// Friction of one contact point, unless a spring lies between the two.
+    /// Friction of one contact point by a displacement that has mass, unless a spring lies between the two.
     pub(crate) fn rigid_tangent(&self, point: usize) -> Option<&Tangent> {
         let elastic = self.slider(point).is_some_and(|s| s.elastic.is_some());
-        self.tangent(point).filter(|_| !elastic)
+        self.tangent(point).filter(|t| !elastic && t.anchor.is_none())
     }
 
     /// Whether the state knows where springs of sliders stuck.
@@ -180,9 +180,19 @@ impl System {
         self.n_remembered() > 0
     }
 
-    /// Number of entries of `u_O` that springs of sliders remember by.
+    /// Number of entries of `u_O` by which springs of sliders, and displacements without mass along obstacles, remember.
     pub fn n_remembered(&self) -> usize {
-        self.sliders().iter().filter(|s| s.elastic.is_some()).count()
+        self.sliders().iter().filter(|s| s.elastic.is_some()).count() + self.anchors().len()
+    }
+
+    /// The points whose displacements along the obstacle have no mass.
+    pub fn anchors(&self) -> Vec<(usize, Anchor)> {
+        self.method.friction().map_or(vec![], |f| f.anchors().collect())
+    }
+
+    /// Whether there are any: which of them stick is no matter of displacements alone.
+    pub fn creeps(&self) -> bool {
+        self.method.friction().is_some_and(|f| f.anchors().next().is_some())
     }
 
     /// The slider that a point is.
@@ -448,6 +458,9 @@ impl System {
 
     /// The active set of a state, warm from `start`.
     pub fn select(&self, t: f64, u_o: &[f64], start: &States) -> Result<Selection, ContactError> {
+        if self.creeps() {
+            return self.select_adhering(t, u_o, start);
+        }
         self.method.select(&self.loads, t, u_o, start)
     }
 
@@ -493,7 +506,10 @@ impl System {
 
     /// Kinetic energy `½ vᵀ M* v` of a full velocity, supports at rest.
     pub(crate) fn kinetic_of_free(&self, v: &[f64]) -> f64 {
-        0.5 * self.method.inertia().quadratic(&self.body, 0..self.n_o(), v)
+        let whole = 0.5 * self.method.inertia().quadratic(&self.body, 0..self.n_o(), v);
+        // what only remembers has the velocity of a surface
+        let remembered = self.anchors().into_iter().map(|(_, a)| 0.5 * v[a.memory] * v[a.memory]);
+        whole - remembered.sum::<f64>()
     }
 
     /// Work function of the constant loads and of what moves supports: the energy that these add at `t` ([`crate::fem::Carried`]), as the work of the

@@ -111,6 +111,13 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
+    /// The present state; what has no mass along an obstacle would stick where it is.
+    fn last(&self) -> State {
+        let mut last = State { u: self.now.u_o().to_vec(), v: self.now.v_o().to_vec() };
+        self.system.anchors().iter().for_each(|(_, a)| last.u[a.memory] = self.now.u[a.memory]);
+        last
+    }
+
     pub(super) fn note_violations(&mut self) {
         let h = self.now.monitors(&self.phase);
         if self.system.promise().yields {
@@ -171,11 +178,12 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn report(mut self, outcome: Outcome) -> Report {
         self.note_deviation();
         let energies = self.account.energies(self.system, &self.now).unwrap_or_default();
+        let last = self.last();
         let (log, switches, grazings) = self.told.log.into_lists();
         Report {
             outcome,
             t_end: self.now.t,
-            last: State { u: self.now.u_o().to_vec(), v: self.now.v_o().to_vec() },
+            last,
             active: self.phase.set.clone(),
             phases: self.told.phases,
             log,

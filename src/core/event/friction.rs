@@ -224,6 +224,24 @@ pub(super) fn settle(system: &System, set: &States, v_o: &mut [f64]) {
     }
 }
 
+/// Where a displacement without mass begins to stick, `z` is where it is; what sticks moves with the surface. `y` has displacements and velocities of `u_O`.
+pub(super) fn anchor(
+    system: &System,
+    (before, after): (&States, &States),
+    u: &[f64],
+    y: &mut [f64],
+) {
+    let n_o = system.n_o();
+    for (point, anchor) in system.anchors() {
+        let sticks = after.at(point) == PointState::Stick;
+        if sticks && before.at(point) != PointState::Stick {
+            y[anchor.memory] = u[n_o + anchor.displacement];
+        }
+        let surface = system.tangent(point).filter(|_| sticks).map_or(0.0, |t| t.surface);
+        y[n_o + anchor.memory] = surface;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
@@ -305,7 +323,8 @@ mod tests {
         let tangent = |i: usize| {
             let (row, direction) = (entries(&rows[i]), [0.0, 1.0, 0.0]);
             let (coefficient, surface) = (mu[i], surface[i]);
-            Some(Tangent { row, coefficient, surface, direction, only_slips: false })
+            let (anchor, only_slips) = (None, false);
+            Some(Tangent { row, anchor, coefficient, surface, direction, only_slips })
         };
         let slider = |k: usize| Slider {
             row: entries(&rows[2 + k]),

@@ -4,6 +4,7 @@
 //! The complementarity problem is solved anew at every switch; the rules for degenerate sets are in [`classify`].
 
 mod account;
+mod adhesion;
 mod checkpoint;
 pub(crate) mod classify;
 mod evidence;
@@ -248,6 +249,13 @@ impl<O: Observer> Run<'_, O> {
             return self.impact(law, &root);
         }
         let present = self.phase.set.clone();
+        if self.system.creeps() {
+            let monitor = &self.phase.monitors[root.index];
+            return match self.adhere(Some((monitor.point, monitor.kind))) {
+                Ok(decision) => self.change_phase(&root, present, decision),
+                Err(outcome) => Ok(Some(outcome)),
+            };
+        }
         let selection = self.system.select(self.now.t, self.now.u_o(), &present)?;
         let degenerate = self.degenerate(&root, &selection.degenerate);
         let mut base = present.clone();
@@ -318,10 +326,31 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
+    /// The next phase where nothing has mass along rough obstacles; all displacements are known.
+    fn adhere(&mut self, trigger: Option<(usize, MonitorKind)>) -> Result<Decision, Outcome> {
+        let surface = Surface {
+            system: self.system,
+            phase: &self.phase,
+            t: self.now.t,
+            u_o: self.now.u_o(),
+            v_o: self.now.v_o(),
+            resolution: self.resolution(self.now.t),
+        };
+        let u_c = &self.now.u[self.now.layout.n_o..];
+        surface.adhere(u_c, trigger, &mut self.scratch).map_err(|e| match e {
+            ClassifyError::Unresolved { t, nodes } => {
+                Outcome::Unresolved { t, nodes: self.mesh_nodes(&nodes) }
+            }
+            _ => Outcome::Unresolved { t: self.now.t, nodes: vec![] },
+        })
+    }
+
     /// Go into the phase of a decision.
     fn take_up(&mut self, decision: &Decision) {
         if self.system.tangents().is_some() {
             let n_o = self.now.layout.n_o;
+            let states = (&self.phase.set, &decision.set);
+            friction::anchor(self.system, states, &self.now.u, &mut self.now.y[..2 * n_o]);
             friction::settle(self.system, &decision.set, &mut self.now.y[n_o..2 * n_o]);
             friction::remember(self.system, &decision.set, &mut self.now.y[..n_o]);
         }

@@ -1,6 +1,7 @@
 //! A run begins, or goes on from a checkpoint.
 
 use super::account::Account;
+use super::friction::anchor;
 use super::present::Present;
 use super::told::Told;
 use super::{
@@ -34,6 +35,17 @@ impl<'a, O: Observer> Run<'a, O> {
             return run.begin();
         }
         let selection = system.select(0.0, run.now.u_o(), &open)?;
+        if system.creeps() {
+            run.phase = system.phase(&selection.set);
+            let states = (&selection.set, &selection.set);
+            anchor(system, states, &[], &mut run.now.y[..2 * n_o]);
+            run.now.expand(&run.phase);
+            match run.adhere(None) {
+                Ok(decision) => run.take_up(&decision),
+                Err(outcome) => run.early = Some(outcome),
+            }
+            return run.begin();
+        }
         match run.decide(&selection.set, &selection.degenerate, None)? {
             Ok(decision) => {
                 run.note_grazing(&decision, 0.0)?;

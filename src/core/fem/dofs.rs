@@ -21,6 +21,8 @@ pub struct ContactRows {
     pub against: Vec<Vec<(usize, f64)>>,
     /// Rows of masters that give up their inertia, and those that have none.
     pub idle: Vec<usize>,
+    /// Of some of these: which of those that face something moves along its obstacle by them.
+    pub tangents: Vec<(usize, usize)>,
     /// Motions without mass of several rows, each with the idle row that stands for it: the others move with that one, and by themselves.
     pub massless: Vec<Massless>,
 }
@@ -49,10 +51,12 @@ pub struct DofMap {
     /// `u_C` are displacements of the body that are but seen: they have no rows of their own.
     pub is_seen: bool,
     /// Contact points of the mesh, in the order of `u_C` where these are their displacements: those that face something, then the nodes of masters that give up their
-    /// inertia.
+    /// inertia, then displacements along obstacles that do.
     pub contact: Vec<ContactPoint>,
     /// Number of those that face something.
     pub n_facing: usize,
+    /// The displacements along obstacles without inertia, places in `u_C`, and the contact points that they are of.
+    pub tangents: Vec<(usize, usize)>,
     /// `P_ij` of the nodes against whose displacements that of a contact point is counted.
     against: Vec<Vec<(usize, f64)>>,
     /// Rows of `T` of the nodes that follow others, one a component.
@@ -92,7 +96,7 @@ impl DofMap {
         facing: &[Facing],
         apart: bool,
     ) -> Result<DofMap, FrameError> {
-        let Frames { of_node, slots, contact, n_facing, against, in_group } = frames;
+        let Frames { of_node, slots, contact, n_facing, tangents, against, in_group } = frames;
         let dim = mesh.dim();
         let mut index = vec![None; slots.len()];
         let mut n_o = 0;
@@ -127,6 +131,7 @@ impl DofMap {
             is_seen: false,
             contact,
             n_facing,
+            tangents,
             against,
             tied: BTreeMap::new(),
             facing: facing.to_vec(),
@@ -247,6 +252,9 @@ impl DofMap {
             Some((index[row]?, others.iter().filter_map(|e| place(*e)).collect()))
         };
         let mixed = with.iter().filter_map(of_mixed).collect();
+        let place_of = |row: usize| contact.iter().position(|i| *i == row);
+        let tangent = |&(row, point): &(usize, usize)| Some((place_of(row)?, point));
+        let tangents = rows.tangents.iter().filter_map(tangent).collect();
         let x = [1.0, 0.0, 0.0];
         let point = |&i: &usize| ContactPoint { node: i, direction: x, normal: x, group: 0 };
         DofMap {
@@ -256,6 +264,7 @@ impl DofMap {
             is_seen: false,
             contact: contact.iter().map(point).collect(),
             n_facing: rows.facing.len(),
+            tangents,
             against,
             tied,
             facing: vec![],

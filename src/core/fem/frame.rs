@@ -48,12 +48,14 @@ pub struct Facing {
     pub direction: Option<Point>,
     /// The surface that moves before it, of which the group is the slave; none: a rigid obstacle.
     pub meeting: Option<Arc<Meeting>>,
+    /// In the plane: displacements along the obstacle give up their inertia, too.
+    pub is_massless: bool,
 }
 
 impl Facing {
     /// Along the normals of the nodes.
     pub fn surface(group: &str) -> Facing {
-        Facing { group: group.to_owned(), direction: None, meeting: None }
+        Facing { group: group.to_owned(), direction: None, meeting: None, is_massless: false }
     }
 
     /// Towards a rigid plane, where there is one.
@@ -64,7 +66,7 @@ impl Facing {
     /// Before another surface.
     pub fn pair(meeting: Meeting) -> Facing {
         let group = meeting.pair.slave.clone();
-        Facing { group, direction: None, meeting: Some(Arc::new(meeting)) }
+        Facing { meeting: Some(Arc::new(meeting)), ..Facing::surface(&group) }
     }
 }
 
@@ -249,10 +251,12 @@ pub(super) struct Frames {
     pub of_node: BTreeMap<usize, Frame>,
     /// `dim` slots a node.
     pub slots: Vec<Slot>,
-    /// Those that face something, then the nodes of masters that give up their inertia.
+    /// Those that face something, then the nodes of masters that give up their inertia, then displacements along obstacles.
     pub contact: Vec<ContactPoint>,
     /// Number of those that face something.
     pub n_facing: usize,
+    /// The displacements along obstacles, and the contact points that they are of.
+    pub tangents: Vec<(usize, usize)>,
     /// `P_ij` of the nodes against whose displacements a contact point's is counted.
     pub against: Vec<Vec<(usize, f64)>>,
     /// Contact point of a node in a group.
@@ -407,7 +411,30 @@ fn contact_directions(
     }
     frames.n_facing = frames.contact.len();
     master_directions(mesh, held, facing, (frames, &mut wanted))?;
+    tangent_directions(mesh, held, facing, (frames, &mut wanted));
     Ok(wanted)
+}
+
+/// Displacements along obstacles that give up their inertia: the outward normal turned by +90°, where that is free.
+fn tangent_directions(
+    mesh: &Mesh,
+    held: &BTreeMap<usize, Vec<Point>>,
+    facing: &[Facing],
+    (frames, wanted): (&mut Frames, &mut BTreeMap<usize, Vec<usize>>),
+) {
+    for point in 0..frames.n_facing {
+        let ContactPoint { node, direction: [nx, ny, _], group, .. } = frames.contact[point];
+        let known = wanted.entry(node).or_default();
+        let taken = known.len() + held.get(&node).map_or(0, Vec::len);
+        if !facing[group].is_massless || taken == mesh.dim() {
+            continue;
+        }
+        let direction = [-ny, nx, 0.0];
+        known.push(frames.contact.len());
+        frames.tangents.push((frames.contact.len(), point));
+        frames.contact.push(ContactPoint { node, direction, normal: direction, group });
+        frames.against.push(vec![]);
+    }
 }
 
 /// The normal displacements of masters that give up their inertia: contact displacements that face nothing.

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! q̈_e + D q̇_e + K̂_ee q_e = F_e − K̂_es q_s
-//! q̈_r + α q̇_r            = F_r − K̂_re q_e − K̂_rs q_s
+//! q̈_r + α q̇_r            = F_r − K̂_re q_e − D_re q̇_e − K̂_rs q_s
 //! q_s = q_s⁰ + V t
 //! ```
 //!
@@ -31,8 +31,8 @@ pub struct Coupled {
     /// Numbers of rigid motions, of elastic modes, of displacements that stick.
     counts: [usize; 3],
     alpha: f64,
-    /// `K̂_re`
-    cascade: Mat<f64>,
+    /// `K̂_re` and `D_re`
+    cascade: [Mat<f64>; 2],
     /// `K̂_rs` over `K̂_es`
     feed: Mat<f64>,
     /// `q_r` of each mode: real and imaginary part.
@@ -64,7 +64,7 @@ impl Coupled {
         let part = |a: &Mat<f64>, i: usize, j: usize, rows: usize, columns: usize| {
             a.submatrix(i, j, rows, columns).to_owned()
         };
-        let cascade = part(k, 0, rigid, rigid, elastic);
+        let cascade = [k, &operators.damping].map(|a| part(a, 0, rigid, rigid, elastic));
         let feed = part(k, 0, moving, moving, frozen);
         let inner = match (rigid, frozen) {
             (0, 0) => operators.clone(),
@@ -83,14 +83,15 @@ impl Coupled {
             (&inner_rows.0, inner_rows.1.as_ref()),
             &inner_forces,
         )?;
-        // q_r of a mode: −K̂_re U/(λ² + αλ)
+        // q_r of a mode: −(K̂_re + λD_re) U/(λ² + αλ)
         let p = modes.lambda().len();
         let mut shapes = [Mat::<f64>::zeros(rigid, p), Mat::<f64>::zeros(rigid, p)];
         for (c, l) in modes.lambda().to_vec().into_iter().enumerate() {
             let u = modes.shape(c);
             let mut along = vec![C::default(); rigid];
             for (i, x) in along.iter_mut().enumerate() {
-                let sum: C = (0..elastic).map(|j| u[j] * cascade[(i, j)]).sum();
+                let [stiff, damps] = &cascade;
+                let sum: C = (0..elastic).map(|j| u[j] * (stiff[(i, j)] + l * damps[(i, j)])).sum();
                 // what does not pull it leaves it at rest, resonant or not
                 *x = if sum == C::default() { sum } else { -sum / (l * l + l * alpha) };
                 shapes[0][(i, c)] = x.re;
@@ -195,7 +196,7 @@ impl Coupled {
             let rates = |a: &Amplitudes| a.scaled(lambda).seen_by(&self.rigid);
             let (q0, v0) = (free.seen_by(&self.rigid), rates(&free));
             let (q1, v1) = (grown.seen_by(&self.rigid), rates(&grown));
-            let along = product(self.cascade.as_ref(), statics.submatrix(0, 0, elastic, k));
+            let along = product(self.cascade[0].as_ref(), statics.submatrix(0, 0, elastic, k));
             for c in 0..k {
                 for i in 0..rigid {
                     let (x, dx) = (b[(i, c)] - q0[(i, c)], b[(i, k + c)] - v0[(i, c)]);
@@ -277,15 +278,16 @@ impl SlidingMotion {
         let inner = CoupledMotion::new(&phase.modes, &x, loads, (&constant, &ramp))?;
         let frozen = q[last..].iter().zip(&v[last..]).map(|(q, v)| (*q, *v)).collect();
         let mut motion = SlidingMotion { inner, rigid: vec![], driven: vec![], frozen };
-        let along = |i: usize, x: &dyn Fn(usize) -> C| -> C {
-            (0..elastic).map(|j| x(j) * phase.cascade[(i, j)]).sum()
+        let along = |i: usize, x: &dyn Fn(usize) -> C, rate: C| -> C {
+            let [stiff, damps] = &phase.cascade;
+            (0..elastic).map(|j| x(j) * (stiff[(i, j)] + rate * damps[(i, j)])).sum()
         };
         for (j, &(omega, angle, size)) in loads.iter().enumerate().filter(|_| rigid > 0) {
             let response = &motion.inner.driven()[j].1;
             let of = |i: usize| {
                 let force = C::from_polar(size * phase.rigid_forces[1 + j][i], angle);
                 let denominator = C::new(-omega * omega, phase.alpha * omega);
-                (force - along(i, &|e| response[e])) / denominator
+                (force - along(i, &|e| response[e], C::new(0.0, omega))) / denominator
             };
             motion.driven.push((0..rigid).map(of).collect());
         }
@@ -297,9 +299,12 @@ impl SlidingMotion {
                 dx -= (p[i] * C::new(0.0, omega)).re;
             }
             let [steady, ramp] = motion.inner.polynomial();
-            let over = |x: &[f64]| along(i, &|e| C::from(x.get(e).copied().unwrap_or(0.0))).re;
-            let force = phase.rigid_forces[0][i] + fed(i, q) - over(steady);
-            let rate = fed(i, v) - over(ramp);
+            let over = |x: &[f64], which: usize| -> f64 {
+                let each = x.iter().take(elastic).enumerate();
+                each.map(|(j, x)| x * phase.cascade[which][(i, j)]).sum()
+            };
+            let force = phase.rigid_forces[0][i] + fed(i, q) - over(steady, 0) - over(ramp, 1);
+            let rate = fed(i, v) - over(ramp, 0);
             motion.rigid.push([x, dx, force, rate]);
         }
         Some(motion)

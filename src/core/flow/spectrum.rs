@@ -20,8 +20,10 @@ use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
 use super::sliding::{Coupled, SlidingMotion};
-use crate::contact::{Drive, Lost, Monitor, Phase, PointState, Rayleigh, Slider, States, System};
-use crate::fem::{Csr, FemError, Harmonic, Loads, Pivots, dense, eigen, largest};
+use crate::contact::{
+    Creep, Drive, Lost, Monitor, Phase, PointState, Rayleigh, Slider, States, System,
+};
+use crate::fem::{Csr, FemError, Harmonic, Loads, Pivots, along, dense, eigen, largest};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
 #[derive(Debug)]
@@ -70,6 +72,8 @@ pub struct Eigenbasis {
     pub velocity_rows: Option<DMatrix<f64>>,
     /// What friction holds.
     pub(super) stuck: Stuck,
+    /// Displacements without mass along obstacles.
+    creep: Vec<Creep>,
     /// Monitors at `u_O = 0`.
     pub offsets: Vec<f64>,
     /// What harmonic loads on `u_C` add to the monitors, at the frequencies of the time when this was made.
@@ -145,7 +149,11 @@ impl Mixing {
             mixing.forces = Some(Forces { stiffness, skew: None });
         }
         if let Some(structure) = phase.damping_stiffness() {
-            mixing.structure = Some(projected(&structure));
+            let mut structure = projected(&structure);
+            // where all that slips has no mass it damps as it is stiff, rigid motions nothing
+            let rigid = omega[..moving].iter().take_while(|w| phase.creeps() && **w == 0.0).count();
+            (0..rigid).for_each(|j| structure.col_as_slice_mut(j).fill(0.0));
+            mixing.structure = Some(structure);
         }
         if mixing.forces.is_none() {
             mixing.forces = phase.lost().map(|Lost { matrix, constant }| Forces {
@@ -289,6 +297,68 @@ impl Spectrum {
             for c in 0..k {
                 let change = dot(&row, x.col_as_slice(c)) - limit;
                 let unit = self.inverse.col_as_slice(memory);
+                x.col_as_slice_mut(c).iter_mut().zip(unit).for_each(|(x, u)| *x += change * u);
+            }
+        }
+    }
+
+    /// Displacements without mass along obstacles that do not stick in the phase `before` and, on the way into this one, begin to; at the end of a motion (`before` is this phase) all that
+    /// do not stick: `z` is where they are.
+    fn anchored<'a>(&'a self, before: &'a Spectrum) -> impl Iterator<Item = &'a Creep> {
+        let is_end = before.states == self.states;
+        let begins = move |c: &&Creep| is_end || self.states.at(c.point) == PointState::Stick;
+        before.creep.iter().filter(|c| !c.sticks).filter(begins)
+    }
+
+    /// `row · Φ` of a displacement without mass.
+    fn creep_row(&self, creep: &Creep) -> Vec<f64> {
+        let of_mode = |q: usize| along(&creep.row, self.shapes.col_as_slice(q));
+        (0..self.shapes.ncols()).map(of_mode).collect()
+    }
+
+    /// Set `z` of those: of the first `k` columns, displacements, of states with the constant parts, of perturbations without.
+    pub(crate) fn anchor(&self, before: &Spectrum, (x, k): (&mut Mat<f64>, usize), is_state: bool) {
+        for creep in self.anchored(before) {
+            let row = self.creep_row(creep);
+            let unit = self.inverse.col_as_slice(creep.memory);
+            for c in 0..k {
+                let own = x.col_as_slice(c);
+                let now: f64 =
+                    (0..row.len()).map(|q| self.shapes[(creep.memory, q)] * own[q]).sum();
+                let constant = if is_state { creep.constant } else { 0.0 };
+                let change = dot(&row, own) + constant - now;
+                x.col_as_slice_mut(c).iter_mut().zip(unit).for_each(|(x, u)| *x += change * u);
+            }
+        }
+    }
+
+    /// By how much faster than where they will stick those are that begin to: `u̇⁻ − u̇⁺` of their `z`; nothing where none does.
+    pub(crate) fn slides(&self, before: &Spectrum, v: &[f64]) -> Vec<f64> {
+        let mut all = vec![];
+        for creep in self.anchored(before) {
+            all.resize(v.len(), 0.0);
+            let rate = dot(&self.creep_row(creep), v) - creep.surface;
+            let unit = self.inverse.col_as_slice(creep.memory);
+            all.iter_mut().zip(unit).for_each(|(x, u)| *x += rate * u);
+        }
+        all
+    }
+
+    /// Whether displacements along obstacles have no mass.
+    pub(crate) fn creeps(&self) -> bool {
+        !self.creep.is_empty()
+    }
+
+    /// Give what only remembers its velocity, that of the surface where it sticks, in some columns, velocities: of states, or of perturbations, which have none. The body keeps its own.
+    pub(crate) fn ride(&self, x: &mut Mat<f64>, columns: Range<usize>, is_state: bool) {
+        for creep in &self.creep {
+            let velocity = if is_state && creep.sticks { creep.surface } else { 0.0 };
+            let unit = self.inverse.col_as_slice(creep.memory);
+            for c in columns.clone() {
+                let own = x.col_as_slice(c);
+                let now: f64 =
+                    (0..own.len()).map(|q| self.shapes[(creep.memory, q)] * own[q]).sum();
+                let change = velocity - now;
                 x.col_as_slice_mut(c).iter_mut().zip(unit).for_each(|(x, u)| *x += change * u);
             }
         }
@@ -533,6 +603,7 @@ impl Eigenbasis {
             defect,
             velocity_rows,
             stuck,
+            creep: phase.creep(),
             mixing,
             unit: system.units.frequency,
             drives,
@@ -684,8 +755,11 @@ impl Stuck {
             let shape = shapes.col_as_slice(moving + s);
             carried.iter_mut().zip(shape).for_each(|(c, x)| *c += v * x);
         }
+        // what only remembers has no inertia of the body's
+        let mut heavy = carried.clone();
+        phase.remembers().into_iter().for_each(|z| heavy[z] = 0.0);
         let mut pulled = vec![0.0; n];
-        m.mul(&carried, &mut pulled);
+        m.mul(&heavy, &mut pulled);
         let mut inertia = Mat::zeros(moving, velocities.len());
         let mut drag = vec![0.0; n];
         let mut column = vec![0.0; n];
@@ -697,7 +771,7 @@ impl Stuck {
         }
         let of_load = |h: &Harmonic| transposed(shapes, &phase.reduce(&h.force));
         Stuck {
-            squares: [dot(&carried, &pulled), k.quadratic(&carried)],
+            squares: [dot(&heavy, &pulled), k.quadratic(&carried)],
             rigid: omega[..moving].iter().take_while(|w| **w == 0.0).count(),
             loads: system.loads.harmonics.iter().map(of_load).collect(),
             velocities,

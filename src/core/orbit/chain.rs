@@ -164,9 +164,10 @@ impl Propagator {
         }
         at_rest.truncate(n);
         let transforms = RefCell::new(Cache::new(BUDGET));
+        // where nothing has mass along obstacles, what is remembered would move along
         let drift = match system.tangents() {
-            Some(_) => Drift::of(&system, &home),
-            None => Drift::default(),
+            Some(_) if !system.creeps() => Drift::of(&system, &home),
+            _ => Drift::default(),
         };
         Ok(Propagator {
             system,

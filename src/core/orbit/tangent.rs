@@ -189,6 +189,7 @@ impl Propagator {
                     b = passed;
                 }
                 walk.links[j + 1].remember(&self.system, place, &mut b, k);
+                walk.links[j + 1].anchor(link, &mut b, k);
                 if let Some(blow) = &e.blow {
                     let after = blow.act(b.subcols(k, k));
                     b.subcols_mut(k, k).copy_from(&after);
@@ -201,11 +202,14 @@ impl Propagator {
                 for (c, &slope) in slopes.iter().enumerate() {
                     delays[(j, c)] = -slope / e.rate;
                     saltation::pass(&e.jump, e.rate, slope, b.col_as_slice_mut(k + c));
-                    if e.blow.is_some() {
+                    if !e.slowed.is_empty() {
                         saltation::pass(&e.slowed, e.rate, slope, b.col_as_slice_mut(c));
                     }
                 }
             }
+        }
+        if let Some(link) = walk.links.last() {
+            link.anchor(link, &mut b, k);
         }
         let wanted = if to_velocities { b.subcols(k, k) } else { b.as_ref() };
         if let Some(passed) = self.passed(place, &self.home_set, wanted)? {

@@ -92,6 +92,13 @@ impl Propagator {
             // both sides of a switch are seen from one state
             let end_given = given.get(j + 1).map(modal);
             spectrum.remember(&self.system, place, (&mut x, 1), true);
+            if spectrum.creeps() {
+                if let Some(previous) = links.last() {
+                    slowed = spectrum.slides(&previous.spectrum, x.col_as_slice(1));
+                    spectrum.anchor(&previous.spectrum, (&mut x, 1), true);
+                }
+                spectrum.ride(&mut x, 1..2, true);
+            }
             let (a, b) = (
                 if j == 0 { 0.0 } else { times[j - 1] },
                 if j < times.len() { times[j] } else { end },
@@ -117,19 +124,28 @@ impl Propagator {
             links.push(link);
             place = set;
         }
-        let mut last = Mat::from_fn(n, 3, |i, c| {
-            let l = &links[links.len() - 1];
-            [l.q1[i], l.v1[i], l.a1[i]][c]
-        });
+        let l = &links[links.len() - 1];
+        let mut last = Mat::from_fn(n, 3, |i, c| [l.q1[i], l.v1[i], l.a1[i]][c]);
+        // displacements and their rates, then velocities and theirs
+        let (mut of_end, mut of_rate) = ([0, 1], [1, 2]);
+        if l.spectrum.creeps() {
+            let columns = [&l.q1, &l.v1, &l.v1, &l.a1];
+            last = Mat::from_fn(n, 4, |i, c| columns[c][i]);
+            (of_end, of_rate) = ([0, 2], [1, 3]);
+            let mut rates = last.subcols(1, 1).to_owned();
+            l.spectrum.anchor(&l.spectrum, (&mut last, 1), true);
+            l.spectrum.anchor(&l.spectrum, (&mut rates, 1), false);
+            last.col_as_slice_mut(1).copy_from_slice(rates.col_as_slice(0));
+        }
         if let Some(passed) = self.passed(place, &self.home_set, last.as_ref())? {
             last = passed;
         }
-        let frame = |u: usize, v: usize, rest: &[f64]| -> Vec<f64> {
+        let frame = |[u, v]: [usize; 2], rest: &[f64]| -> Vec<f64> {
             let from = |i: usize| rest.get(i).copied().unwrap_or(0.0);
             let up = (0..n).map(|i| self.scale[i] * (last[(i, u)] - from(i)));
             up.chain((0..n).map(|i| last[(i, v)])).collect()
         };
-        let (z_end, rate_end) = (frame(0, 1, &self.at_rest), frame(1, 2, &[]));
+        let (z_end, rate_end) = (frame(of_end, &self.at_rest), frame(of_rate, &[]));
         Ok(Walk { links, events, z_end, rate_end })
     }
 }
@@ -270,8 +286,14 @@ impl Link {
         self.spectrum.remember(system, before, (b, k), false);
     }
 
-    /// Columns on the way into the phase: [`Spectrum::hold`].
+    /// Columns of perturbations on the way into the phase from another, or, from itself, at the end of a motion: [`Spectrum::anchor`].
+    pub(super) fn anchor(&self, before: &Link, b: &mut Mat<f64>, k: usize) {
+        self.spectrum.anchor(&before.spectrum, (b, k), false);
+    }
+
+    /// Columns on the way into the phase: [`Spectrum::hold`]; what only remembers has no velocity.
     pub(super) fn hold(&self, b: &mut Mat<f64>, k: usize) {
+        self.spectrum.ride(b, k..2 * k, false);
         self.spectrum.hold(b, k);
     }
 

@@ -76,8 +76,8 @@ fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
         0 => String::new(),
         _ if system.contact_has_inertia() => String::new(),
         _ => {
-            let n = system.body.dofs.n_c;
-            format!(": {} move by themselves, {n} at the contact follow from them", system.n_o())
+            let (n, moving) = (system.body.dofs.n_c, system.n_o() - system.n_remembered());
+            format!(": {moving} move by themselves, {n} at the contact follow from them")
         }
     };
     let unknowns = match system.body.reduction() {

@@ -1,5 +1,5 @@
 //! Coulomb's law on Signorini's conditions: `0 ≤ g − u_n ⟂ r_n ≥ 0`, `r_t ∈ μ r_n Sgn(v_t − V)`, on normal displacements without inertia and tangential ones
-//! that keep theirs. Points without friction are open or closed.
+//! that keep theirs, or have none either. Points without friction are open or closed.
 
 use super::{Conduct, Exit, Law, OPEN_AND_CLOSED};
 use crate::contact::monitor::MonitorKind;
@@ -10,6 +10,8 @@ use crate::contact::states::PointState;
 pub struct Coulomb {
     /// Least and largest `μ`, where there is friction at obstacles.
     pub coefficients: Option<[f64; 2]>,
+    /// Displacements along the obstacles have no mass either.
+    pub is_massless: bool,
     /// Number of sliders, whose limit force stays.
     pub sliders: usize,
 }
@@ -24,9 +26,10 @@ const SLIP: [Exit; 2] =
 
 impl Law for Coulomb {
     fn name(&self) -> String {
+        let along = if self.is_massless { " without mass along the obstacle" } else { "" };
         let at_obstacles = self.coefficients.map(|[least, largest]| match least == largest {
-            true => format!("Coulomb's friction, μ = {least}"),
-            false => format!("Coulomb's friction, μ = {least} … {largest}"),
+            true => format!("Coulomb's friction{along}, μ = {least}"),
+            false => format!("Coulomb's friction{along}, μ = {least} … {largest}"),
         });
         let sliders = match self.sliders {
             0 => None,
