@@ -443,7 +443,9 @@ fn tangents_pass_stick_and_slip() {
     ];
     let without_mass = |(name, tables, until): &(&'static str, String, f64)| {
         let massless = tables.replace("friction =", "tangent = 'massless'\nfriction =");
-        let started = massless.replace("[initial]\nequilibrium = true\n", "");
+        // points that begin to stick at one instant are a corner, too
+        let apart = massless.replace("gap = 0.02", "gap = '0.02 + 0.013*y'");
+        let started = apart.replace("[initial]\nequilibrium = true\n", "");
         (*name, started, *until)
     };
     let others: Vec<(&str, String, f64)> = cases.iter().map(without_mass).collect();
@@ -451,11 +453,18 @@ fn tangents_pass_stick_and_slip() {
         let problem = problem(&plate(SIZE, &(tables + "[run]\nuntil = 1.0\n")));
         let creeps = problem.system.creeps();
         let mut body = Propagator::new(problem.system).unwrap();
-        // from rest a load that comes at once decides by second derivatives what sticks: a corner
-        let start = match creeps {
-            true => integrate(&body, &problem.initial, 0.7).unwrap().report.last,
-            false => problem.initial,
+        // what slips without mass might stick to one side of where it is: such a state is a corner of the map
+        let slips = |x: &State| {
+            let sets = integrate(&body, x, 1e-3).unwrap().chain.sets;
+            creeps && sets[0].iter().any(|s| s.slip().is_some())
         };
+        // so is a state at rest before a load that comes at once
+        let after = |t: f64| match creeps {
+            true => integrate(&body, &problem.initial, t).unwrap().report.last,
+            false => problem.initial.clone(),
+        };
+        let mut starts = (0..40).map(|k| after(0.07 + 0.1 * f64::from(k)));
+        let start = starts.find(|x| !slips(x)).unwrap_or_else(|| panic!("{name}: slips always"));
         let z = body.frame(&start);
         let passage = integrate(&body, &start, until).unwrap();
         let stuck_first = passage.chain.sets[0].iter().any(|s| s == PointState::Stick);
