@@ -1060,3 +1060,20 @@ fn phases_of_equal_frequencies_are_not_mistaken() {
         assert!(exact.energy_drift_total < 1e-10, "{:e}", exact.energy_drift_total);
     }
 }
+
+/// Above a coefficient that the shape of the elements sets a state has several motions without mass along the wall, or none: numbers of an independent program, of four elements along the wall.
+#[test]
+fn the_bound_without_mass_is_that_of_the_mesh() {
+    for (poisson, along, wanted) in
+        [(0.0, 8.0, 2.8284), (0.3, 4.0, 2.0266), (0.45, 1.0, 0.8960), (0.3, 16.0, 3.2228)]
+    {
+        let text = format!(
+            "[body]\nkind = 'plate'\nsize = [2.0, {along}]\nelements = [2, 4]\nyoung = 1.0\npoisson = {poisson}\ndensity = 1.0\n{CLAMPED}\
+             [contact]\nedge = 'right'\ngap = 1.0\ntangent = 'massless'\nfriction = 0.01\n[run]\nuntil = 1.0\n"
+        );
+        let system = problem(&text).system;
+        assert!(system.friction_is_surely_unique());
+        let (found, _) = system.critical_friction().unwrap();
+        assert!((found - wanted).abs() < 5e-5, "{poisson} {along}: {found} {wanted}");
+    }
+}
