@@ -189,7 +189,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             let mut json = json!({
                 "title": s.title, "status": s.status, "version": s.version, "created": s.created,
                 "command": s.command, "scene": s.scene, "states": s.t.len(), "t": span,
-                "n_dof": s.n_displacements(), "n_kept": s.n_kept(), "n_contact": s.facing(), "n_sliders": n_sliders, "nodes": s.nodes.nrows(),
+                "n_dof": s.n_displacements(), "n_kept": s.n_kept(), "n_contact": s.gap.len(), "n_sliders": n_sliders, "nodes": s.nodes.nrows(),
                 "elements": s.elements.nrows(), "switches": s.switch_t.len(), "grazings": s.grazings,
             });
             if let Some(o) = &orbit {
