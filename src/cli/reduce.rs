@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let n = system.n_displacements();
     if system.remembers() {
         return Err(CliError::Input(format!(
-            "{}: where springs of sliders, or displacements without mass along obstacles, stuck is in no matrix: leave out the stiffness of the sliders, or tangent = \"massless\"",
+            "{}: what springs of sliders, or displacements without mass along obstacles, remember is in no matrix: leave out the stiffness of the sliders, or tangent = \"massless\"",
             arguments.scene.display()
         )));
     }
