@@ -86,10 +86,10 @@ pub(super) fn given_tangents(
     }
     let taken = [rows, own, &masters].concat();
     let against = tangents_against(scene, contact, (rows.len(), &taken, n))?;
-    let tangent = |(point, (row, masters)): (usize, (&usize, &Vec<(usize, f64)>))| {
+    let tangent = |point: usize| {
         // u_t − Σ P u_m
-        let masters = masters.iter().map(|&(m, p)| (m, -p));
-        let all = std::iter::once((*row, 1.0)).chain(masters);
+        let masters = against[point].iter().map(|&(m, p)| (m, -p));
+        let all = std::iter::once((rows[point], 1.0)).chain(masters);
         let of_row = |(i, w): (usize, f64)| body.dofs.terms(i, 0).map(move |(j, t)| (j, w * t));
         let anchor = anchor(body, scene, point);
         let row = if anchor.is_some() { vec![] } else { all.flat_map(of_row).collect() };
@@ -103,7 +103,7 @@ pub(super) fn given_tangents(
             only_slips: false,
         })
     };
-    Ok(rows.iter().zip(&against).enumerate().map(tangent).collect())
+    Ok((0..rows.len()).map(tangent).collect())
 }
 
 /// What tangents are counted against: nothing before rigid obstacles.

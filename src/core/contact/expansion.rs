@@ -102,7 +102,7 @@ pub(super) enum Follow {
     /// Rows over `u_O`, the same in every phase: displacements of the body, seen along the normals.
     Rows(Arc<Csr>),
     /// `−N_ff⁻¹ N_fO` on the free displacements, nothing on the others.
-    Solved(Solved),
+    Solved(Box<Solved>),
 }
 
 /// The free contact displacements, which follow from `N_ff u_f = −N_fO u_O + …`.
@@ -335,7 +335,8 @@ impl Expansion {
     pub fn open(conditions: &Arc<Conditions>) -> Expansion {
         let count = conditions.count();
         let solved = Solved::new(conditions, (0..count).collect());
-        Expansion { follow: Follow::Solved(solved), offset: vec![0.0; count], drives: vec![] }
+        let follow = Follow::Solved(Box::new(solved));
+        Expansion { follow, offset: vec![0.0; count], drives: vec![] }
     }
 
     /// The displacements that follow from conditions, if they do.

@@ -45,7 +45,8 @@ pub(super) fn following(
     let limits = friction.iter().flat_map(|f| f.limits(count));
     let rows: Vec<Row> = of_contact.chain(limits).collect();
     let drives = drives.into_iter().map(|d| d.0).collect();
-    let expansion = Expansion { follow: Follow::Solved(maker.solved), offset, drives };
+    let follow = Follow::Solved(Box::new(maker.solved));
+    let expansion = Expansion { follow, offset, drives };
     let rubbing = friction.map(|f| Rubbing::new(f, set, (&rows, &reaction), &expansion, parts));
     let (mut monitors, mut reactions) = (vec![], vec![]);
     for ((point, state), row) in set.iter().enumerate().zip(rows) {

@@ -113,15 +113,14 @@ fn by_lines((lines, width): Sizes, values: &[f64]) -> Result<Csr, String> {
     let line = |k: usize| -> Option<(usize, usize, f64)> {
         Some((whole(values[k])?, whole(values[lines + k])?, values[2 * lines + k]))
     };
-    let all = || -> Option<(Sizes, Vec<(usize, usize, f64)>)> {
+    let all = || {
         let last = lines.checked_sub(1).filter(|_| width == 3)?;
         let (rows, columns, _) = line(last)?;
         // they count from one
         let from_zero =
             |(i, j, v): (usize, usize, f64)| Some((i.checked_sub(1)?, j.checked_sub(1)?, v));
         let entries = (0..last).map(|k| line(k).and_then(from_zero)).collect::<Option<Vec<_>>>()?;
-        Some(((rows, columns), entries))
+        Some(sparse((rows, columns), entries))
     };
-    let (sizes, entries) = all().ok_or("has lines that are no row, column and value")?;
-    sparse(sizes, entries)
+    all().ok_or("has lines that are no row, column and value")?
 }
