@@ -86,7 +86,7 @@ fuzz-coverage: build
 validate: build
 	$(BIN) validate
 
-# the pages of validation and of benchmarks from the answers of the program; six minutes
+# the pages of validation and of benchmarks from the answers of the program; ten minutes
 validation: build
 	@mkdir -p target/validation
 	$(BIN) validate --json > target/validation/answer.json
