@@ -251,7 +251,7 @@ impl<O: Observer> Run<'_, O> {
         let present = self.phase.set.clone();
         if self.system.creeps() {
             let monitor = &self.phase.monitors[root.index];
-            return match self.adhere(Some((monitor.point, monitor.kind))) {
+            return match self.adhere(Some((monitor.point, monitor.kind)))? {
                 Ok(decision) => self.change_phase(&root, present, decision),
                 Err(outcome) => Ok(Some(outcome)),
             };
@@ -305,6 +305,25 @@ impl<O: Observer> Run<'_, O> {
         degenerate: &[usize],
         trigger: Option<(usize, MonitorKind)>,
     ) -> Done<Result<Decision, Outcome>, O> {
+        let decided = self.at_surface(|surface, _, scratch| {
+            let decision = surface.decide(base, degenerate, scratch)?;
+            surface.rub(decision, trigger, scratch)
+        });
+        self.decided(decided)
+    }
+
+    /// The same where nothing has mass along rough obstacles; all displacements are known.
+    fn adhere(
+        &mut self,
+        trigger: Option<(usize, MonitorKind)>,
+    ) -> Done<Result<Decision, Outcome>, O> {
+        let decided =
+            self.at_surface(|surface, u_c, scratch| surface.adhere(u_c, trigger, scratch));
+        self.decided(decided)
+    }
+
+    /// What is decided at the present state, also from its contact displacements.
+    fn at_surface<T>(&mut self, decide: impl FnOnce(&Surface, &[f64], &mut Scratch) -> T) -> T {
         let surface = Surface {
             system: self.system,
             phase: &self.phase,
@@ -313,8 +332,15 @@ impl<O: Observer> Run<'_, O> {
             v_o: self.now.v_o(),
             resolution: self.resolution(self.now.t),
         };
-        let decided = surface.decide(base, degenerate, &mut self.scratch);
-        match decided.and_then(|d| surface.rub(d, trigger, &mut self.scratch)) {
+        decide(&surface, &self.now.u[self.now.layout.n_o..], &mut self.scratch)
+    }
+
+    /// A decision, or that none continues as an outcome.
+    fn decided(
+        &self,
+        decided: Result<Decision, ClassifyError>,
+    ) -> Done<Result<Decision, Outcome>, O> {
+        match decided {
             Ok(decision) => Ok(Ok(decision)),
             Err(ClassifyError::Contact(e)) => Err(e.into()),
             Err(ClassifyError::Unresolved { t, nodes }) => {
@@ -324,25 +350,6 @@ impl<O: Observer> Run<'_, O> {
                 Ok(Err(Outcome::Rests { t, nodes: self.mesh_nodes(&[node]) }))
             }
         }
-    }
-
-    /// The next phase where nothing has mass along rough obstacles; all displacements are known.
-    fn adhere(&mut self, trigger: Option<(usize, MonitorKind)>) -> Result<Decision, Outcome> {
-        let surface = Surface {
-            system: self.system,
-            phase: &self.phase,
-            t: self.now.t,
-            u_o: self.now.u_o(),
-            v_o: self.now.v_o(),
-            resolution: self.resolution(self.now.t),
-        };
-        let u_c = &self.now.u[self.now.layout.n_o..];
-        surface.adhere(u_c, trigger, &mut self.scratch).map_err(|e| match e {
-            ClassifyError::Unresolved { t, nodes } => {
-                Outcome::Unresolved { t, nodes: self.mesh_nodes(&nodes) }
-            }
-            _ => Outcome::Unresolved { t: self.now.t, nodes: vec![] },
-        })
     }
 
     /// Go into the phase of a decision.

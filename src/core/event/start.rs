@@ -40,7 +40,7 @@ impl<'a, O: Observer> Run<'a, O> {
             let states = (&selection.set, &selection.set);
             anchor(system, states, &[], &mut run.now.y[..2 * n_o]);
             run.now.expand(&run.phase);
-            match run.adhere(None) {
+            match run.adhere(None)? {
                 Ok(decision) => run.take_up(&decision),
                 Err(outcome) => run.early = Some(outcome),
             }
