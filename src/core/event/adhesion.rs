@@ -360,7 +360,7 @@ mod tests {
             let [report, _] = go(&system, (0.0, 0.0), until);
             assert!(report.outcome.is_complete(), "{}", report.outcome);
             assert!(report.energy_drift_total < 1e-11, "{}", report.energy_drift_total);
-            let all = times(&report, SwitchKind::Sticking);
+            let all = times(&report, SwitchKind::Slipping);
             let last = all[all.len() - 1];
             let off = |t: &f64| (last - t - period).abs();
             let before = *all.iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap();
