@@ -1006,3 +1006,76 @@ fn files_are_read_with_what_springs_remember() {
     let stored = signorini::store::Stored::read(out.as_ref()).unwrap();
     assert_eq!(stored.n_displacements(), 2 + 21);
 }
+
+/// Two masses on a spring, one on a dry floor, that breaks loose at `μ_s F_N` and slides at `μ_d F_N` (SDND106 of code_aster, field by field): no law of this program has two
+/// coefficients, so that each piece is computed with the one that rules it. Instants and states in closed form.
+#[test]
+fn a_block_breaks_loose_and_grips_again_where_it_should() {
+    let (m, k, normal, force) = (5.0, 1e4, 1e4, 3000.0);
+    let masses = DMatrix::<f64>::identity(2, 2) * m;
+    let spring = DMatrix::from_row_slice(2, 2, &[k, -k, -k, k]);
+    let place = tempfile::tempdir().unwrap();
+    let go = |mu: f64, force: f64, from: [f64; 4], until: f64| {
+        let [x1, x2, v1, v2] = from;
+        let load = match force {
+            0.0 => String::new(),
+            _ => format!("[[load]]\nkind = 'force'\namplitude = [0.0, {force:?}]\n"),
+        };
+        let tables = format!(
+            "[[slider]]\nrow = 0\nlimit = {:?}\n{load}[initial]\ndisplacement = ['{x1:?}', '{x2:?}']\nvelocity = ['{v1:?}', '{v2:?}']\n[run]\nuntil = {until:?}\n",
+            mu * normal
+        );
+        let scene = of_matrices(&place, [&masses, &spring], &tables);
+        run_by(&scene, Integrator::Modal)
+    };
+    let of = |r: &Report| [r.last.u[0], r.last.u[1], r.last.v[0], r.last.v[1]];
+    // it holds until the spring pulls with μ_s F_N: arccos(1 − μ_s F_N/F)/ω
+    let held = go(0.3, force, [0.0; 4], 0.04);
+    let loose = held.switches[0].t;
+    assert!((loose - 0.035_124_073_655).abs() < 1e-12, "{loose}");
+    let at_break = go(0.3, force, [0.0; 4], loose);
+    let pulled = go(0.2, force, of(&at_break), 0.2 - loose);
+    assert!((pulled.last.u[0] - 2.593_088_362_759).abs() < 1e-10, "{:?}", pulled.last);
+    assert!((pulled.last.v[0] - 25.470_972_480_594).abs() < 1e-9, "{:?}", pulled.last);
+    assert!((pulled.last.u[1] - 2.637_361_421_008).abs() < 1e-10, "{:?}", pulled.last);
+    let free = go(0.2, 0.0, of(&pulled), 0.13);
+    let grips = 0.2 + free.switches[0].t;
+    assert!((grips - 0.314_923_275_447).abs() < 1e-11, "{grips}");
+    let at_grip = go(0.2, 0.0, of(&pulled), free.switches[0].t);
+    assert!((at_grip.last.u[0] - 3.955_605_773_498).abs() < 1e-10, "{:?}", at_grip.last);
+}
+
+/// A bar whose end rubs, from uniform strain: `w(s + 2L) = −w(s) + F/EA sgn w(s)` where that slips and `w(s)` where it sticks bring the whole bar to rest at t = 6, after
+/// friction took 1.98 of 2. The discrete bar comes to it as its fronts do; with 200 elements and a lumped mass to all digits of another program.
+#[test]
+fn a_bar_with_a_dry_end_comes_to_rest() {
+    let (friction, strain) = (0.3f64, 2.0f64);
+    // u = f(ct + x) − f(ct − x), w = f′: the end is at ∫w over (t − L, t + L)
+    let mut w = 0.5 * strain;
+    let ends = [2.0, 4.0, 6.0].map(|t| {
+        assert!(w.abs() > 0.5 * friction, "it slips on the way to {t}");
+        w = -w + friction * w.signum();
+        (t, 2.0 * w)
+    });
+    assert!(w.abs() < 0.5 * friction, "and sticks then");
+    let left = 0.5 * (2.0 * w).powi(2);
+    assert!((0.5 * strain * strain - left - 1.98).abs() < 1e-12);
+    let at = |n: usize, until: f64| {
+        let text = format!(
+            "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\nmass = 'lumped'\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+             [[slider]]\nedge = 'right'\nlimit = {friction}\n[initial]\ndisplacement = ['{strain}*x']\n[run]\nuntil = {until:?}\n"
+        );
+        let report = run_by(&scene(&text), Integrator::Modal);
+        (*report.last.u.last().unwrap(), report.rubbed.unwrap().work())
+    };
+    let errors =
+        |n: usize| ends.map(|(t, u)| (at(n, t).0 - u).abs()).into_iter().fold(0.0, f64::max);
+    let [coarse, fine] = [50, 200].map(errors);
+    assert!(fine < 0.016 && fine < 0.5 * coarse, "{coarse} {fine}");
+    for (until, wanted) in [(2.0, -1.385), (4.0, 0.789), (6.0, -0.1985)] {
+        let found = at(200, until).0;
+        assert!((found - wanted).abs() < 6e-4, "{until}: {found} {wanted}");
+    }
+    let work = at(200, 6.0).1;
+    assert!((work - 1.98).abs() < 1e-3, "{work}");
+}

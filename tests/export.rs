@@ -105,6 +105,19 @@ fn the_stress_of_linear_fields_is_hookes() {
         let at = all.iter().position(|s| s.contains(&largest)).unwrap();
         assert_eq!(told["element"].as_u64().map(|e| all[at][e as usize]), Some(largest));
         assert_eq!(told["place"].as_array().unwrap().len(), 2);
+        // recovered at nodes a linear field is what it is, and nothing is lost between elements and nodes
+        let found = dataset(&heavy, "/states/000000/stress_recovered");
+        assert_eq!(found.len(), 24 * 9);
+        for stress in found.chunks(9) {
+            assert!(stress.iter().zip(tensor).all(|(s, t)| (s - t).abs() < 1e-14), "{stress:?}");
+        }
+        let found = dataset(&heavy, &format!("/states/{at:06}/von_mises_recovered"));
+        let (node, most) =
+            (0..24).zip(&found).max_by(|a, b| a.1.total_cmp(b.1)).map(|(n, m)| (n, *m)).unwrap();
+        assert_eq!(told["recovered"]["von_mises"].as_f64(), Some(most));
+        assert_eq!(found[told["recovered"]["node"].as_u64().unwrap() as usize], found[node]);
+        let error = told["estimated_error"].as_f64().unwrap();
+        assert!((0.0..1.0).contains(&error), "{error}");
     }
     let body = "kind = 'bar'\nsize = [2.0]\nelements = [8]\nyoung = 3.0\ndensity = 1.0\narea = 0.5";
     run(place.path(), "bar", &linear(body, "['-0.04*x']"));

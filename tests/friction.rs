@@ -373,10 +373,14 @@ fn what_friction_does_not_go_with_is_said() {
     let bar = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [4]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 1.0\nfriction = 0.1\n[run]\nuntil = 1.0\n";
     for (text, words) in [
         (base(&wall("friction = -0.1")), "is -0.1"),
+        (base(&wall("friction = [0.3, 0.2]")), "no Filippov system"),
+        (base(&wall("friction = { static = 0.3, kinetic = 0.2 }")), "no Filippov system"),
+        (base(&wall("friction = 'rough'")), "a coefficient of friction"),
         (base(&wall("friction = 0.3\nmethod = 'penalty'")), "is not read by method = \"penalty\""),
         (base(&wall("friction = 0.3\nstress = 'projection'")), "friction acts on nodal reactions"),
         (base(&wall("friction = 0.3\ninertia = 'paper'")), "friction acts on nodal reactions"),
         (massless("", "[[slider]]\nat = [0.0, 0.5]\nlimit = 0.1\n"), "does not go with sliders"),
+        (base(&wall("friction = 0.3\nstress = 'nodal-mean'")), "friction acts on nodal reactions"),
         (massless("", "[reduction]\nmodes = 3\n"), "does not go with a [reduction]"),
         (massless("gap_behind = 0.1\n", ""), "does not go with obstacles behind"),
         (massless("", "[initial]\nequilibrium = true\n"), "a start at an equilibrium"),

@@ -23,7 +23,7 @@ const BODY: &str = "[body]\nkind = 'plate'\nsize = [1.0, 0.3]\nelements = [6, 2]
 [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[contact]\nedge = 'right'\ngap = 0.01\nmethod = 'mass-redistribution'\n\
 [[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.01, 0.004]\nomega = 1.3\n";
 
-const PROBES: &str = "[[probe]]\nname = 'tip'\nnode = 20\nquantity = ['displacement', 'velocity', 'acceleration', 'stress']\n\
+const PROBES: &str = "[[probe]]\nname = 'tip'\nnode = 20\nquantity = ['displacement', 'velocity', 'acceleration', 'stress', 'recovered-stress']\n\
 [[probe]]\nname = 'middle'\nat = [0.25, 0.075]\nquantity = ['displacement', 'stress']\n\
 [[probe]]\nname = 'face'\nedge = 'right'\n";
 
@@ -95,7 +95,13 @@ fn probes_see_the_motion_as_it_is() {
         .chunks_exact(8)
         .map(|b| f64::from_bits(u64::from_le_bytes(b.try_into().unwrap())))
         .collect();
-    let seen = table(&file, "probes/middle/stress");
+    let of_nodes: Vec<f64> = fields["/VTKHDF/PointData/stress_recovered"]
+        .1
+        .chunks_exact(8)
+        .map(|b| f64::from_bits(u64::from_le_bytes(b.try_into().unwrap())))
+        .collect();
+    let (seen, recovered) =
+        (table(&file, "probes/middle/stress"), table(&file, "probes/tip/recovered-stress"));
     // the second element of the first row, whichever way elements are counted
     let elements: Array2<i64> =
         hdf5_files().open(&file).unwrap().dataset("mesh/elements").unwrap().read_2d().unwrap();
@@ -106,6 +112,9 @@ fn probes_see_the_motion_as_it_is() {
         let own = &stress[9 * (row * elements.nrows() + cell)..];
         for (component, place) in [(0, 0), (1, 4), (2, 8), (3, 1)] {
             assert!((seen[(row, component)] - own[place]).abs() < 1e-13, "{row} {component}");
+            // and the recovered one of the node
+            let at_node = of_nodes[9 * (row * nodes.nrows() + 20) + place];
+            assert!((recovered[(row, component)] - at_node).abs() < 1e-13, "{row} {component}");
         }
     }
     let largest = tip_u
@@ -133,7 +142,13 @@ fn probes_are_kept_whatever_else_is() {
         [(&whole, "a.h5", 0.0), (&contact, "b.h5", 1e-12), (&modes, "c.h5", 1e-7)]
     {
         json(&["run", scene, "-o", &at(out)]);
-        for path in ["tip/displacement", "tip/stress", "middle/displacement", "face/velocity"] {
+        for path in [
+            "tip/displacement",
+            "tip/stress",
+            "tip/recovered-stress",
+            "middle/displacement",
+            "face/velocity",
+        ] {
             let path = format!("probes/{path}");
             let (a, b) = (table(&at("a.h5"), &path), table(&at(out), &path));
             let size = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));

@@ -198,6 +198,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             if let Some(s) = stress {
                 json["largest_stress"] = json!({
                     "von_mises": s.von_mises, "t": s.t, "element": s.element, "place": s.place[..s.dim],
+                    "recovered": {"von_mises": s.recovered, "node": s.node, "place": s.at_node[..s.dim]}, "estimated_error": s.error,
                 });
             }
             json
@@ -237,12 +238,22 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             line("grazings", s.grazings.to_string());
             if let Some(most) = stress {
                 let kind = if most.dim == 1 { "axial" } else { "von Mises" };
-                let place = most.place[..most.dim].iter().map(|x| significant(*x, 4));
-                let place = place.collect::<Vec<_>>().join(", ");
+                let place = |p: &[f64]| -> String {
+                    p.iter().map(|x| significant(*x, 4)).collect::<Vec<_>>().join(", ")
+                };
+                let (middle, node) = (place(&most.place[..most.dim]), place(&most.at_node[..most.dim]));
                 let (size, t) = (significant(most.von_mises, 5), significant(most.t, 7));
                 line(
                     "stress",
-                    format!("largest {kind} {size} at t = {t}, at the centre of the element at ({place})"),
+                    format!("largest {kind} {size} at t = {t}, at the centre of the element at ({middle})"),
+                );
+                line(
+                    "",
+                    format!(
+                        "then at nodes {}, recovered from patches, at ({node}); error of the stress of the elements about {} % (Zienkiewicz and Zhu, in energy)",
+                        significant(most.recovered, 5),
+                        significant(100.0 * most.error, 2)
+                    ),
                 );
             }
             line("scene", format!("{} lines (print it with --scene)", s.scene.lines().count()));

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
+use super::coefficient;
 use super::counted::Counted;
 use super::meeting::{GapKey, Meeting, ProjectionKey, SidesKey};
 use super::nodes::NodesKey;
@@ -184,6 +185,7 @@ pub(super) struct Table {
     against: Option<Vec<Counted>>,
     /// Coulomb's coefficient of friction μ between the body and this obstacle; absent or 0: none. With nodal reactions and a constant mass, which are
     /// then the defaults of `nbm`; in space only before a `surface` that slides.
+    #[serde(default, deserialize_with = "coefficient::one")]
     #[schemars(extend("examples" = [0.3]), range(min = 0.0))]
     friction: Option<f64>,
     /// Velocity of the obstacle's surface along itself (a belt), with `friction`; of pairs that of the master's material past its place (a disc that turns); of bodies from matrices one number, along `tangents`. In space friction acts along

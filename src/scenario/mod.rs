@@ -7,6 +7,7 @@ mod attached;
 mod body;
 mod change;
 mod check;
+mod coefficient;
 mod contact;
 mod counted;
 mod damping;

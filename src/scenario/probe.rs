@@ -25,7 +25,7 @@ pub struct Probe {
     /// In their place a node, by its number in files (from 0); of a body from matrices a row.
     #[schemars(with = "Option<super::names::Row>")]
     pub node: Option<usize>,
-    /// What is watched. Stress is that of the element at a place, the mean of the elements at a node, the mean over a group.
+    /// What is watched. Stress is that of the element at a place, the mean of the elements at a node, the mean over a group; recovered stress is smooth.
     #[serde(default = "motion")]
     #[schemars(extend("default" = ["displacement", "velocity"]))]
     pub quantity: Vec<Quantity>,
@@ -79,7 +79,7 @@ impl Probe {
             length(&format!("{table}.at"), at.len(), scene.dim(), example)?;
             at.iter().try_for_each(|x| finite(&format!("{table}.at"), *x))?;
         }
-        let all = "give some of \"displacement\", \"velocity\", \"acceleration\", \"stress\"";
+        let all = "give some of \"displacement\", \"velocity\", \"acceleration\", \"stress\", \"recovered-stress\"";
         if self.quantity.is_empty() {
             return issue("quantity", "is empty", all);
         }
@@ -88,8 +88,9 @@ impl Probe {
         if twice {
             return issue("quantity", "names a quantity twice", all);
         }
-        if matrices && self.quantity.contains(&Quantity::Stress) {
-            let message = "\"stress\" is that of elements, and a body from matrices has none";
+        if let Some(q) = self.quantity.iter().find(|q| matrices && q.is_of_elements()) {
+            let message =
+                &format!("\"{}\" is that of elements, and a body from matrices has none", q.name());
             let help = "give some of \"displacement\", \"velocity\", \"acceleration\"";
             return issue("quantity", message, help);
         }

@@ -33,6 +33,10 @@ fn about(quantity: Quantity) -> [&'static str; 2] {
             "acceleration along the axes; not a number where the scheme knows none",
         ],
         Quantity::Stress => ["stress", "stress, positive in tension"],
+        Quantity::RecoveredStress => [
+            "stress",
+            "stress, positive in tension, by superconvergent patch recovery (Zienkiewicz and Zhu)",
+        ],
     }
 }
 

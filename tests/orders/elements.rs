@@ -1,9 +1,12 @@
 //! A manufactured displacement `u*`, zero on the whole boundary, and the body force `f = −∇·σ(u*)` that makes it a solution: the error falls as `h^{p+1}` in
 //! L² and as `h^p` in the norm of the energy. Only `K` is the program's: the load vector, the shape functions (inverted matrices of monomials), the
-//! quadrature (Gauss by Newton's method, collapsed on simplices) and both norms are computed here.
+//! quadrature (Gauss by Newton's method, collapsed on simplices) and both norms are computed here. Stress that is recovered at the nodes gains an order over the mean
+//! of the elements around, and its distance from that of the elements is the error in the norm of the energy.
 
-use signorini::fem::{Body, DofMap, Held, MassForm, Material, SpdFactor, StressState};
-use signorini::mesh::{ElementKind, Family, Mesh, Point};
+use signorini::fem::recovery::{self, Recovery};
+use signorini::fem::stress::{Stress, at_nodes};
+use signorini::fem::{Body, DofMap, Held, MassForm, Material, Shape, SpdFactor, StressState};
+use signorini::mesh::{Element, ElementKind, Family, Mesh, Point};
 
 use super::slope;
 use crate::common::cuboid::cuboid;
@@ -248,8 +251,92 @@ impl Affine {
     }
 }
 
-/// Errors in L² and in the norm of the energy, over those norms of `u*`.
-fn errors(kind: ElementKind, mesh: Mesh) -> (f64, f64) {
+/// `σ = λ tr ε + 2μ ε` in the components of the space.
+fn hooke(dim: usize, g: &[Point; 3]) -> Vec<f64> {
+    let (lambda, mu) = lame(dim);
+    let trace: f64 = (0..dim).map(|c| g[c][c]).sum();
+    let pairs = (0..dim).flat_map(|a| (a..dim).map(move |b| (a, b)));
+    let of = |(a, b): (usize, usize)| {
+        mu * (g[a][b] + g[b][a]) + if a == b { lambda * trace } else { 0.0 }
+    };
+    pairs.map(of).collect()
+}
+
+/// The same components of what the program says.
+fn components(dim: usize, s: &Stress) -> Vec<f64> {
+    let t = s.tensor();
+    (0..dim).flat_map(|a| (a..dim).map(move |b| t[3 * a + b])).collect()
+}
+
+/// The root of the mean square over the nodes of the distance from the exact stress, over that of the exact stress: of the mean of the elements around, of the recovered
+/// stress, of the latter at the boundary alone; and the estimated error in the norm of the energy.
+fn nodal_stress(body: &Body, material: &Material, u: &[f64]) -> ([f64; 3], f64) {
+    let (mesh, dim) = (&body.mesh, body.mesh.dim());
+    let exact = Exact { dim };
+    let elements: Vec<Element> = mesh.elements().collect();
+    let displaced = |e: &Element| -> Vec<Point> {
+        let at = |&n: &usize| std::array::from_fn(|c| if c < dim { u[dim * n + c] } else { 0.0 });
+        e.nodes.iter().map(at).collect()
+    };
+    let (mut sums, mut counts) = (vec![vec![]; mesh.n_nodes()], vec![0.0; mesh.n_nodes()]);
+    for e in &elements {
+        let x = mesh.corners(*e);
+        let stress = at_nodes(material, Shape { kind: e.kind, x: &x }, &displaced(e));
+        for (&n, s) in e.nodes.iter().zip(stress) {
+            sums[n].push((1.0, s));
+            counts[n] += 1.0;
+        }
+    }
+    let mean = |(parts, count): (Vec<(f64, Stress)>, f64)| {
+        Stress::sum(parts.into_iter().map(|(w, s)| (w / count, s)))
+    };
+    let averaged: Vec<Stress> = sums.into_iter().zip(counts).map(mean).collect();
+    let recovered = Recovery::new(mesh.nodes(), &elements).all();
+    let nodes = recovered.nodes.iter().map(|n| n.node);
+    assert!(nodes.eq(0..mesh.n_nodes()));
+    let at = |k: usize, local: Point| {
+        let x = mesh.corners(elements[k]);
+        let shape = Shape { kind: elements[k].kind, x: &x };
+        Stress::at(material, shape, local, &displaced(&elements[k]))
+    };
+    let recovered = recovered.of(at);
+    let (mut off, mut size) = ([0.0; 3], [0.0; 3]);
+    for (n, p) in mesh.nodes().iter().enumerate() {
+        let wanted = hooke(dim, &exact.gradient(*p));
+        let at_boundary = p[..dim].iter().any(|x| *x < 1e-9 || *x > 1.0 - 1e-9);
+        for (k, s) in [&averaged, &recovered, &recovered].into_iter().enumerate() {
+            if k == 2 && !at_boundary {
+                continue;
+            }
+            let found = components(dim, &s[n]);
+            off[k] += found.iter().zip(&wanted).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            size[k] += wanted.iter().map(|b| b * b).sum::<f64>();
+        }
+    }
+    let estimate = elements.iter().fold([0.0; 2], |sum, e| {
+        let x = mesh.corners(*e);
+        let nodal: Vec<Stress> = e.nodes.iter().map(|&n| recovered[n]).collect();
+        let shape = Shape { kind: e.kind, x: &x };
+        let [a, b] = recovery::energies(material, shape, (&displaced(e), &nodal));
+        [sum[0] + a, sum[1] + b]
+    });
+    let relative = |k: usize| f64::sqrt(off[k] / size[k]);
+    ([0, 1, 2].map(relative), (estimate[0] / estimate[1]).sqrt())
+}
+
+/// What is measured of a mesh.
+struct Errors {
+    /// In L², over the norm of `u*`.
+    l2: f64,
+    /// In the norm of the energy, over that of `u*`.
+    energy: f64,
+    /// Of the stress at nodes, see [`nodal_stress`].
+    stress: [f64; 3],
+    /// The estimate of the error in the norm of the energy, over it.
+    effectivity: f64,
+}
+
+fn errors(kind: ElementKind, mesh: Mesh) -> Errors {
     let dim = kind.dim();
     let exact = Exact { dim };
     let groups: &[&str] = match dim {
@@ -319,20 +406,26 @@ fn errors(kind: ElementKind, mesh: Mesh) -> (f64, f64) {
             energy[1] += weight * energy_density(dim, &wanted);
         }
     }
-    ((l2[0] / l2[1]).sqrt(), (energy[0] / energy[1]).sqrt())
+    let (stress, estimate) = nodal_stress(&body, &material, &u);
+    let (l2, energy) = ((l2[0] / l2[1]).sqrt(), (energy[0] / energy[1]).sqrt());
+    Errors { l2, energy, stress, effectivity: estimate / energy }
 }
 
 /// What is wrong with the slopes of an element.
 fn check(kind: ElementKind, sizes: &[usize], mesh: impl Fn(usize) -> Mesh) -> Option<String> {
     let (p, _) = monomials(kind);
-    let found: Vec<(f64, (f64, f64))> =
+    let found: Vec<(f64, Errors)> =
         sizes.iter().map(|&n| (1.0 / n as f64, errors(kind, mesh(n)))).collect();
-    let of = |pick: fn(&(f64, f64)) -> f64| -> f64 {
+    let of = |pick: fn(&Errors) -> f64| -> f64 {
         slope(&found.iter().map(|(h, e)| (*h, pick(e))).collect::<Vec<_>>())
     };
-    let (l2, energy) = (of(|e| e.0), of(|e| e.1));
-    let last = found[found.len() - 1].1;
-    println!("{kind:?}: L2 {l2:.3}, energy {energy:.3}; errors {:.1e}, {:.1e}", last.0, last.1);
+    let (l2, energy) = (of(|e| e.l2), of(|e| e.energy));
+    let stress = [of(|e| e.stress[0]), of(|e| e.stress[1]), of(|e| e.stress[2])];
+    let (_, last) = &found[found.len() - 1];
+    println!(
+        "{kind:?}: L2 {l2:.3}, energy {energy:.3}; errors {:.1e}, {:.1e}; stress {stress:.2?}, errors {:.4?}, effectivity {:.3}",
+        last.l2, last.energy, last.stress, last.effectivity
+    );
     let good = (l2 - f64::from(p + 1)).abs() < 0.1 && (energy - f64::from(p)).abs() < 0.1;
     (!good).then(|| format!("{kind:?}: slopes {l2:.3}, {energy:.3}"))
 }

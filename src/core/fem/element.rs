@@ -257,7 +257,7 @@ impl Shape<'_> {
         shape::side_rule(self.kind, side).into_iter().map(point).collect()
     }
 
-    fn place(&self, local: Local) -> Point {
+    pub(crate) fn place(&self, local: Local) -> Point {
         weighted(shape::values(self.kind, local).into_iter(), self.x.iter())
     }
 

@@ -29,6 +29,8 @@ mod order;
 pub mod pair;
 pub(crate) mod pivots;
 mod probe;
+#[doc(hidden)]
+pub mod recovery;
 pub(crate) mod reduction;
 pub mod shape;
 mod simplicial;

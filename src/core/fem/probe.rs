@@ -3,9 +3,12 @@
 //! ```text
 //! u(x) = Σ_a φ_a(x) u_a          in the element of a place        ∫u/|Γ|        over a group
 //! σ(x) = D B(x) u_e              of the element, the mean of several where they meet; over a group ∫σ/|Γ|
+//! σ*(x) = Σ_a φ_a(x) σ*_a        the same with stress that is recovered at the nodes of the element
 //! ```
 //!
 //! All of them are rows over `u = (u_O, u_C)`: velocities and accelerations have those of displacements.
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +17,7 @@ use super::carried::Carried;
 use super::element::Shape;
 use super::interpolate::{Inside, elements_at, is_between_surfaces};
 use super::load::nodal_areas;
+use super::recovery::Recovery;
 use super::reduction::Reduction;
 use super::shape::{self, Local};
 use super::sparse::Csr;
@@ -32,12 +36,20 @@ pub enum Quantity {
     Acceleration,
     /// `σ`, positive in tension: xx, yy, zz, xy, yz, zx; in the plane the first four, of a bar the first.
     Stress,
+    /// `σ*`: the same by superconvergent patch recovery, of one order more, at the boundary too.
+    #[serde(rename = "recovered-stress")]
+    RecoveredStress,
 }
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Quantity; 4] =
-        [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration, Quantity::Stress];
+    pub const ALL: [Quantity; 5] = [
+        Quantity::Displacement,
+        Quantity::Velocity,
+        Quantity::Acceleration,
+        Quantity::Stress,
+        Quantity::RecoveredStress,
+    ];
 
     /// Its name in scenes and files.
     pub fn name(self) -> &'static str {
@@ -46,15 +58,23 @@ impl Quantity {
             Quantity::Velocity => "velocity",
             Quantity::Acceleration => "acceleration",
             Quantity::Stress => "stress",
+            Quantity::RecoveredStress => "recovered-stress",
         }
+    }
+
+    /// Whether only elements have it.
+    pub fn is_of_elements(self) -> bool {
+        matches!(self, Quantity::Stress | Quantity::RecoveredStress)
     }
 
     /// Its components, of a body of so many dimensions.
     pub fn components(self, dim: usize) -> &'static [&'static str] {
         match (self, dim) {
-            (Quantity::Stress, 1) => &["xx"],
-            (Quantity::Stress, 2) => &["xx", "yy", "zz", "xy"],
-            (Quantity::Stress, _) => &["xx", "yy", "zz", "xy", "yz", "zx"],
+            (Quantity::Stress | Quantity::RecoveredStress, dim) => match dim {
+                1 => &["xx"],
+                2 => &["xx", "yy", "zz", "xy"],
+                _ => &["xx", "yy", "zz", "xy", "yz", "zx"],
+            },
             (_, dim) => &["x", "y", "z"][..dim.clamp(1, 3)],
         }
     }
@@ -107,12 +127,15 @@ struct Rows {
     motion: Csr,
     /// `σ`, a row a component; none where it is not asked for.
     stress: Csr,
+    /// `σ*`, likewise.
+    recovered: Csr,
 }
 
 impl Rows {
     fn of(&self, quantity: Quantity) -> &Csr {
         match quantity {
             Quantity::Stress => &self.stress,
+            Quantity::RecoveredStress => &self.recovered,
             _ => &self.motion,
         }
     }
@@ -169,11 +192,18 @@ impl Probe {
         };
         let of_axis = |c: usize| weights.iter().map(move |&(n, w)| (c, dim * n + c, w));
         let motion: Vec<(usize, usize, f64)> = (0..dim).flat_map(of_axis).collect();
-        let watches = quantities.contains(&Quantity::Stress);
         let components = Quantity::Stress.components(dim).len();
-        let stress = if watches { stress_rows(body, &shares, components) } else { vec![] };
+        let watches = |quantity: Quantity| quantities.contains(&quantity);
+        let stress = match watches(Quantity::Stress) {
+            true => stress_rows(body, &shares, components),
+            false => vec![],
+        };
+        let recovered = match watches(Quantity::RecoveredStress) {
+            true => stress_rows(body, &recovered_shares(body, &all, &shares), components),
+            false => vec![],
+        };
         // entries over the components of all nodes, over those that are free
-        let all = dim * mesh.n_nodes();
+        let count = dim * mesh.n_nodes();
         let of_free = |entries: &[(usize, usize, f64)]| -> Vec<(usize, usize, f64)> {
             let of = |&(i, k, w): &(usize, usize, f64)| {
                 dofs.terms(k / dim, k % dim).map(move |(j, t)| (i, j, w * t)).collect::<Vec<_>>()
@@ -183,10 +213,12 @@ impl Probe {
         let free = Rows {
             motion: Csr::from_triplets(dim, dofs.n(), of_free(&motion)),
             stress: Csr::from_triplets(components, dofs.n(), of_free(&stress)),
+            recovered: Csr::from_triplets(components, dofs.n(), of_free(&recovered)),
         };
         let nodal = Rows {
-            motion: Csr::from_triplets(dim, all, motion),
-            stress: Csr::from_triplets(components, all, stress),
+            motion: Csr::from_triplets(dim, count, motion),
+            stress: Csr::from_triplets(components, count, stress),
+            recovered: Csr::from_triplets(components, count, recovered),
         };
         let quantities = quantities.to_vec();
         Ok(Probe { name: name.to_owned(), quantities, dim, axis: None, free, nodal })
@@ -194,9 +226,10 @@ impl Probe {
 
     /// In the coordinates of a reduced body.
     pub fn reduced(&self, reduction: &Reduction) -> Probe {
-        let [motion, stress] =
-            [&self.free.motion, &self.free.stress].map(|rows| reduction.rows(rows));
-        Probe { free: Rows { motion, stress }, ..self.clone() }
+        let Rows { motion, stress, recovered } = &self.free;
+        let [motion, stress, recovered] =
+            [motion, stress, recovered].map(|rows| reduction.rows(rows));
+        Probe { free: Rows { motion, stress, recovered }, ..self.clone() }
     }
 
     /// The components of a quantity.
@@ -212,7 +245,7 @@ impl Probe {
         (carried, t): (&Carried, f64),
     ) -> Vec<f64> {
         let (order, x) = match quantity {
-            Quantity::Displacement | Quantity::Stress => (0, u),
+            Quantity::Displacement | Quantity::Stress | Quantity::RecoveredStress => (0, u),
             Quantity::Velocity => (1, v),
             Quantity::Acceleration => (2, a),
         };
@@ -230,6 +263,30 @@ impl Probe {
         }
         values
     }
+}
+
+/// The places that recovered stress reads in place of these, with what they weigh: those of the patches around the nodes of the elements.
+fn recovered_shares<'m>(
+    body: &'m Body,
+    all: &[Element<'m>],
+    shares: &[Share<'m>],
+) -> Vec<Share<'m>> {
+    let whole: f64 = shares.iter().map(|(_, _, w)| w).sum();
+    let mut of_node: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+    for (element, local, share) in shares {
+        for (&n, phi) in element.nodes.iter().zip(shape::values(element.kind, *local)) {
+            *of_node.entry((n, element.region)).or_default() += share / whole * phi;
+        }
+    }
+    let recovery = Recovery::new(body.mesh.nodes(), all);
+    let recovered = recovery.at(of_node.iter().filter(|(_, w)| **w != 0.0).map(|(n, _)| *n));
+    let mut weights = vec![0.0; recovered.places.len()];
+    for node in &recovered.nodes {
+        let own = of_node[&(node.node, node.region)];
+        node.weights.iter().for_each(|(k, w)| weights[*k] += own * w);
+    }
+    let share = |(&(k, local), w): (&(usize, Local), f64)| (all[k], local, w);
+    recovered.places.iter().zip(weights).map(share).collect()
 }
 
 /// The mean stress of places of elements, as entries of rows over the components of all nodes.
@@ -296,6 +353,10 @@ mod tests {
             assert!((stress[0] - sigma(p)[0]).abs() < 1e-13, "{spot:?} {stress:?}");
             assert!((stress[1] - sigma(p)[1]).abs() < 1e-13 && stress[2] == 0.0);
             assert!(!is_point || (stress[3] - sigma(p)[3]).abs() < 1e-13, "{spot:?} {stress:?}");
+            // recovered it is linear everywhere, as the motion's is
+            let recovered = of(Quantity::RecoveredStress);
+            let off = (0..4).map(|c| (recovered[c] - sigma(p)[c]).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-13, "{spot:?} {recovered:?}");
         }
         let outside = Probe::new(&body, "p", &Spot::Place([2.1, 0.5, 0.0]), &[Quantity::Stress]);
         assert_eq!(outside.err(), Some(Nowhere::Outside));

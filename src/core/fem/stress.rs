@@ -4,7 +4,7 @@
 //! (see [`super::element`]): plane stress in a plate, Young's modulus in a bar. The centre is where the stress of these
 //! elements is most accurate (second order in the mesh size; at the nodes it is of first order, and jumps).
 
-use nalgebra::Matrix6xX;
+use nalgebra::{Matrix6xX, Vector6};
 
 use super::element::Shape;
 use super::law::Material;
@@ -34,6 +34,24 @@ impl Stress {
         let (a, b, c) = (self.xx - self.yy, self.yy - self.zz, self.zz - self.xx);
         let shear = self.xy * self.xy + self.yz * self.yz + self.zx * self.zx;
         ((a * a + b * b + c * c) / 2.0 + 3.0 * shear).sqrt()
+    }
+
+    /// `(σ_xx, σ_yy, σ_zz, σ_xy, σ_yz, σ_zx)`
+    pub fn vector(&self) -> Vector6<f64> {
+        let Stress { xx, yy, zz, xy, yz, zx } = *self;
+        Vector6::new(xx, yy, zz, xy, yz, zx)
+    }
+
+    /// `Σ w σ`
+    pub fn sum(parts: impl IntoIterator<Item = (f64, Stress)>) -> Stress {
+        let add = |sum: Vector6<f64>, (w, s): (f64, Stress)| sum + s.vector() * w;
+        let [xx, yy, zz, xy, yz, zx] = parts.into_iter().fold(Vector6::zeros(), add).into();
+        Stress { xx, yy, zz, xy, yz, zx }
+    }
+
+    /// At a place of an element whose nodes have the displacements `u`.
+    pub fn at(material: &Material, element: Shape, local: shape::Local, u: &[Point]) -> Stress {
+        StressRows::new(material, element, local).of(u)
     }
 
     /// The tensor row by row, `xx xy xz yx yy yz zx zy zz`.
@@ -66,7 +84,7 @@ pub fn at_centre(material: &Material, element: Shape, u: &[Point]) -> Stress {
 
 /// Stress at each of its nodes.
 pub fn at_nodes(material: &Material, element: Shape, u: &[Point]) -> Vec<Stress> {
-    let at = |local: &shape::Local| StressRows::new(material, element, *local).of(u);
+    let at = |local: &shape::Local| Stress::at(material, element, *local, u);
     shape::places(element.kind).iter().map(at).collect()
 }
 

@@ -9,14 +9,20 @@
 //! | `gap` | points | the distance `g − u_C ≥ 0` to the obstacle along the contact direction, NaN off the contact edge |
 //! | `stress` | cells | `σ = D B u` at the centre: a tensor (in the plane with `σ_zz`), the axial stress of a bar |
 //! | `stress_averaged` | points, not of bars | the mean of what the elements around have at the node, by their volumes: at corners and edges of the body of first order, and across materials a mixture |
+//! | `stress_recovered` | points | recovered from the best points of the elements around ([`crate::fem::recovery`]), as `stress`: of one order more, at the boundary too; where materials meet the mean of theirs |
+//! | `von_mises_recovered` | points, not of bars | that of `stress_recovered` |
 //! | `von_mises` | cells, not of bars | `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 (σ_xy² + σ_yz² + σ_zx²))` |
 //!
 //! The four fields of contact are left out where the scene has none.
 
+use std::cell::OnceCell;
+use std::collections::HashMap;
+
 use super::put::ExportError;
+use crate::fem::recovery::{self, Recovered, Recovery};
 use crate::fem::stress::{self, AtCentre, Stress};
 use crate::fem::{Material, Shape};
-use crate::mesh::{ElementKind, Point};
+use crate::mesh::{Element, ElementKind, Point};
 use crate::problem::materials;
 use crate::scenario::{BodyKind, Scene};
 use crate::store::Stored;
@@ -61,6 +67,14 @@ pub struct LargestStress {
     pub place: Point,
     /// Of a bar 1, of a body in the plane 2.
     pub dim: usize,
+    /// The largest that is recovered at a node, at this time.
+    pub recovered: f64,
+    /// Where.
+    pub node: usize,
+    /// The place of the node.
+    pub at_node: Point,
+    /// `‖σ* − σ‖/‖σ*‖` at this time, in the norm of the energy: an estimate of the error of the stress of the elements (Zienkiewicz and Zhu).
+    pub error: f64,
 }
 
 /// The fields of a stored run.
@@ -68,6 +82,7 @@ pub struct LargestStress {
 pub(super) struct Fields<'s> {
     pub stored: &'s Stored,
     cells: Vec<Cell>,
+    recovered: OnceCell<Recovered>,
 }
 
 /// An element.
@@ -103,7 +118,7 @@ impl<'s> Fields<'s> {
         };
         let cells: Option<Vec<Cell>> = (0..stored.elements.nrows()).map(cell).collect();
         match cells {
-            Some(cells) => Ok(Fields { stored, cells }),
+            Some(cells) => Ok(Fields { stored, cells, recovered: OnceCell::new() }),
             None => Err(ExportError::damaged(stored, "it is not the one of this mesh")),
         }
     }
@@ -163,6 +178,8 @@ impl<'s> Fields<'s> {
             Some(ElementKind::Bar2) => {
                 let axial = stress.iter().map(|s| s.xx).collect();
                 all.push(real("stress", Centre::Cell, 1, axial));
+                let axial = self.recovered(row).iter().map(|s| s.xx).collect();
+                all.push(real("stress_recovered", Centre::Point, 1, axial));
             }
             _ => {
                 let tensors = stress.iter().flat_map(Stress::tensor).collect();
@@ -170,6 +187,11 @@ impl<'s> Fields<'s> {
                 let equivalent = stress.iter().map(Stress::von_mises).collect();
                 all.push(real("von_mises", Centre::Cell, 1, equivalent));
                 all.push(real("stress_averaged", Centre::Point, 9, self.averaged(row)));
+                let recovered = self.recovered(row);
+                let tensors = recovered.iter().flat_map(Stress::tensor).collect();
+                all.push(real("stress_recovered", Centre::Point, 9, tensors));
+                let equivalent = recovered.iter().map(Stress::von_mises).collect();
+                all.push(real("von_mises_recovered", Centre::Point, 1, equivalent));
             }
         }
         all
@@ -185,7 +207,7 @@ impl<'s> Fields<'s> {
         let mut sums = vec![[0.0; 9]; self.n_nodes()];
         let mut volumes = vec![0.0; self.n_nodes()];
         for c in &self.cells {
-            let u: Vec<_> = c.nodes.iter().map(|&n| self.stored.displacement(row, n)).collect();
+            let u = self.displaced(row, c);
             let shape = Shape { kind: c.kind, x: &c.x };
             let volume = shape.volume(&c.material);
             for (&n, s) in c.nodes.iter().zip(stress::at_nodes(&c.material, shape, &u)) {
@@ -197,30 +219,91 @@ impl<'s> Fields<'s> {
         sums.into_iter().zip(volumes).flat_map(mean).collect()
     }
 
+    /// How the stress of nodes follows from that of elements.
+    fn recovery(&self) -> &Recovered {
+        self.recovered.get_or_init(|| {
+            let cells = self.cells.iter().zip(&self.stored.regions);
+            let elements: Vec<Element> = cells
+                .map(|(c, &region)| Element { kind: c.kind, region, nodes: &c.nodes })
+                .collect();
+            let points: Vec<Point> = (0..self.n_nodes()).map(|n| self.stored.place(n)).collect();
+            Recovery::new(&points, &elements).all()
+        })
+    }
+
+    /// Displacements of the nodes of an element.
+    fn displaced(&self, row: usize, cell: &Cell) -> Vec<Point> {
+        cell.nodes.iter().map(|&n| self.stored.displacement(row, n)).collect()
+    }
+
+    /// The recovered stress of the nodes in each of the materials around them, in the order of [`Recovered::nodes`].
+    fn recovered_by_region(&self, row: usize) -> Vec<Stress> {
+        self.recovery().of(|element, local| {
+            let c = &self.cells[element];
+            let shape = Shape { kind: c.kind, x: &c.x };
+            Stress::at(&c.material, shape, local, &self.displaced(row, c))
+        })
+    }
+
+    /// The recovered stress of the nodes: where materials meet the mean.
+    fn recovered(&self, row: usize) -> Vec<Stress> {
+        let mut parts = vec![vec![]; self.n_nodes()];
+        let of = self.recovery().nodes.iter().zip(self.recovered_by_region(row));
+        of.for_each(|(n, stress)| parts[n.node].push(stress));
+        let mean = |parts: Vec<Stress>| {
+            let share = 1.0 / parts.len() as f64;
+            Stress::sum(parts.into_iter().map(|s| (share, s)))
+        };
+        parts.into_iter().map(mean).collect()
+    }
+
     /// The largest of von Mises' stresses at the centres of the elements over all stored states; none where displacements are not kept.
     pub fn largest_stress(&self) -> Option<LargestStress> {
-        let mut most: Option<LargestStress> = None;
+        let mut most: Option<(f64, usize, usize)> = None;
         for (element, c) in self.cells.iter().enumerate() {
             let centre = AtCentre::new(&c.material, Shape { kind: c.kind, x: &c.x });
-            let count = c.x.len() as f64;
-            for (row, &t) in self.stored.t.iter().enumerate() {
-                let u: Vec<_> = c.nodes.iter().map(|&n| self.stored.displacement(row, n)).collect();
-                let von_mises = centre.of(&u).von_mises();
-                let is_larger = most.as_ref().is_none_or(|m| von_mises > m.von_mises);
+            for row in 0..self.stored.t.len() {
+                let von_mises = centre.of(&self.displaced(row, c)).von_mises();
+                let is_larger = most.is_none_or(|(m, ..)| von_mises > m);
                 if von_mises.is_finite() && is_larger {
-                    let place = [0, 1, 2].map(|k| c.x.iter().map(|x| x[k]).sum::<f64>() / count);
-                    let dim = c.kind.dim();
-                    most = Some(LargestStress { von_mises, t, element, place, dim });
+                    most = Some((von_mises, element, row));
                 }
             }
         }
-        most
+        let (von_mises, element, row) = most?;
+        let c = &self.cells[element];
+        let mean = |k: usize| c.x.iter().map(|x| x[k]).sum::<f64>() / c.x.len() as f64;
+        let all = self.recovered_by_region(row);
+        let nodes = || self.recovery().nodes.iter().zip(&all);
+        let sizes = nodes().map(|(n, s)| (s.von_mises(), n.node));
+        let (recovered, node) = sizes.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let of_node: HashMap<(usize, usize), Stress> =
+            nodes().map(|(n, s)| ((n.node, n.region), *s)).collect();
+        let [off, own]: [f64; 2] =
+            self.cells.iter().zip(&self.stored.regions).fold([0.0; 2], |sum, (c, &r)| {
+                let nodal: Vec<Stress> = c.nodes.iter().map(|&n| of_node[&(n, r)]).collect();
+                let shape = Shape { kind: c.kind, x: &c.x };
+                let [off, own] =
+                    recovery::energies(&c.material, shape, (&self.displaced(row, c), &nodal));
+                [sum[0] + off, sum[1] + own]
+            });
+        Some(LargestStress {
+            von_mises,
+            t: self.stored.t[row],
+            element,
+            place: [0, 1, 2].map(mean),
+            dim: c.kind.dim(),
+            recovered,
+            node,
+            at_node: self.stored.place(node),
+            error: (off / (off + own).max(f64::MIN_POSITIVE)).sqrt(),
+        })
     }
 
     fn stress(&self, row: usize) -> Vec<Stress> {
         let of_cell = |c: &Cell| {
-            let u: Vec<_> = c.nodes.iter().map(|&n| self.stored.displacement(row, n)).collect();
-            stress::at_centre(&c.material, Shape { kind: c.kind, x: &c.x }, &u)
+            let shape = Shape { kind: c.kind, x: &c.x };
+            stress::at_centre(&c.material, shape, &self.displaced(row, c))
         };
         self.cells.iter().map(of_cell).collect()
     }
