@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::common::cuboid::cuboid;
-use crate::common::rectangle::msh;
+use crate::common::rectangle::{msh, rectangle};
 use crate::common::{root, run};
 use signorini::mesh::ElementKind;
 
@@ -22,6 +22,25 @@ const MATRICES: &str =
 const NAMED: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_named.mtx\"\nstiffness_matrix = \"K_named.mtx\"\n";
 const SOLID: &str = "[body]\nkind = \"mesh\"\nfile = \"body.msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
                      [[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n";
+/// A body of a mesh of one kind of element, in the plane or in space.
+macro_rules! mesh {
+    ($kind:literal, $state:literal) => {
+        concat!(
+            "[body]\nkind = \"mesh\"\nfile = \"",
+            $kind,
+            ".msh\"\nstate = \"",
+            $state,
+            "\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n[[support]]\ngroup = \"left\"\nfix = [\"x\", \"y\"]\n"
+        )
+    };
+    ($kind:literal) => {
+        concat!(
+            "[body]\nkind = \"mesh\"\nfile = \"",
+            $kind,
+            ".msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n[[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n"
+        )
+    };
+}
 /// Two half plates of meshes that do not match.
 const TWO: &str = "[[body]]\nname = \"a\"\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [4, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
                    [[body]]\nname = \"b\"\nkind = \"plate\"\nsize = [0.8, 0.3]\nelements = [3, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [2.0, 0.0]\n\
@@ -48,7 +67,8 @@ impl Row {
     fn of_contact(name: &'static str, body: &'static str, contact: &str) -> Row {
         let place = match body {
             MATRICES => "displacements = [3]",
-            SOLID => "group = \"xmax\"",
+            _ if body.contains("xmin") => "group = \"xmax\"",
+            _ if body.contains(".msh") => "group = \"right\"",
             _ => "edge = \"right\"",
         };
         let contact = format!("[contact]\n{place}\ngap = 1.0\n{contact}\n");
@@ -116,9 +136,26 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     ..Row::of_contact("matrices in free-interface form, contact by nodes", NAMED, "")
                 },
                 Row {
-                    extra: "[[probe]]\nname = \"tip\"\nat = [1.0, 0.3]\nquantity = [\"displacement\", \"acceleration\", \"stress\"]\n[[probe]]\nname = \"face\"\nedge = \"right\"\n",
+                    extra: "[[probe]]\nname = \"tip\"\nat = [1.0, 0.3]\nquantity = [\"displacement\", \"acceleration\", \"stress\", \"recovered-stress\"]\n[[probe]]\nname = \"face\"\nedge = \"right\"\n",
                     ..plate("`[[probe]]`", "")
                 },
+            ],
+        ),
+        (
+            "Elements",
+            vec![
+                Row::of_contact("T3", mesh!("T3", "plane strain"), ""),
+                Row::of_contact("T6, axisymmetric", mesh!("T6", "axisymmetric"), ""),
+                Row::of_contact("Q8", mesh!("Q8", "plane strain"), ""),
+                Row::of_contact("Q9, `friction`", mesh!("Q9", "plane strain"), "friction = 0.3"),
+                Row::of_contact(
+                    "Q4, axisymmetric, `friction`",
+                    mesh!("Q4", "axisymmetric"),
+                    "friction = 0.3",
+                ),
+                Row::of_contact("Tet10", mesh!("Tet10"), ""),
+                Row::of_contact("Hex20, `mass-redistribution`", mesh!("Hex20"), redistribution),
+                Row::of_contact("prisms of 15 nodes", mesh!("Prism15"), ""),
             ],
         ),
         (
@@ -152,6 +189,10 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                 plate("chosen nodes, `nodes`", "nodes = [13]"),
                 plate("`friction`", "friction = 0.3"),
                 plate("`friction` on a belt", "friction = 0.3\nsurface = [0.0, 0.1]"),
+                plate(
+                    "`friction`, `tangent = \"massless\"`",
+                    "friction = 0.3\ntangent = \"massless\"",
+                ),
                 Row::of_contact(
                     "`friction` in space, a surface that slides",
                     SOLID,
@@ -282,10 +323,18 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
 }
 
 /// A command: its heading, the scene it wants, its arguments; `@` is the scene's file, `=NAME` the file that the command with that heading wrote.
-const COLUMNS: [(&str, Scene, &[&str]); 11] = [
+const COLUMNS: [(&str, Scene, &[&str]); 19] = [
     ("run", Scene::Forced, &["run", "@"]),
+    ("picture", Scene::Forced, &["plot", "=run"]),
+    ("table", Scene::Forced, &["export", "=run", "--format", "csv"]),
+    ("fields", Scene::Forced, &["export", "=run", "--format", "vtkhdf"]),
+    ("page", Scene::Forced, &["view", "=run"]),
+    ("modes", Scene::Forced, &["modes", "@"]),
+    ("compare", Scene::Forced, &["compare", "@"]),
+    ("reduce", Scene::Forced, &["reduce", "@"]),
     ("trust", Scene::Forced, &["trust", "@"]),
     ("orbit", Scene::Forced, &["orbit", "@"]),
+    ("derived", Scene::Forced, &["orbit", "@", "--sensitivity", "omega"]),
     ("response", Scene::Forced, &["response", "@", "--points", "10"]),
     ("resumed", Scene::Forced, &["response", "@", "--points", "14", "--resume"]),
     ("hbm", Scene::Forced, &["response", "@", "--method", "hbm", "--step", "0.4"]),
@@ -295,6 +344,10 @@ const COLUMNS: [(&str, Scene, &[&str]); 11] = [
     ("backbone", Scene::Free, &["backbone", "@", "--step", "0.02"]),
     ("viscous", Scene::Free, &["backbone", "@", "--viscous", "--points", "6"]),
 ];
+
+/// Those whose answers are points.
+const FAMILIES: [&str; 8] =
+    ["response", "resumed", "hbm", "crosscheck", "sweep", "through", "backbone", "viscous"];
 
 /// What a command made of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -336,7 +389,11 @@ fn flaw(heading: &str, answer: &Value) -> Option<String> {
         let figures = answer["figures"].as_array().map_or(0, Vec::len);
         return (figures < 3).then(|| "no figures".into());
     }
-    if ["run", "orbit"].contains(&heading) {
+    if heading == "modes" {
+        let modes = answer["open"]["omega"].as_array().map_or(0, Vec::len);
+        return (modes == 0).then(|| "no modes".into());
+    }
+    if !FAMILIES.contains(&heading) {
         return None;
     }
     let Some(points) = points.filter(|p| !p.is_empty()) else { return Some("no points".into()) };
@@ -398,10 +455,24 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
     std::fs::write(folder.join("load.csv"), table.join("\n") + "\n").unwrap();
     let solid = cuboid(ElementKind::Hex8, [1.0, 0.3, 0.3], [4, 2, 1], 0.0);
     std::fs::write(folder.join("body.msh"), msh(&solid, |_| 0)).unwrap();
+    for kind in ElementKind::ALL.into_iter().filter(|k| k.dim() > 1) {
+        let mesh = match kind.dim() {
+            2 => rectangle(kind, [0.0, 1.0], 0.3, (3, 1), 0.0),
+            _ => cuboid(kind, [1.0, 0.3, 0.3], [2, 1, 1], 0.0),
+        };
+        let name = format!("{}.msh", kind.name());
+        std::fs::write(folder.join(name), msh(&mesh, |_| 0)).unwrap();
+    }
     let mut done: BTreeMap<&str, Result<Outcome, String>> = BTreeMap::new();
     let file = |heading: &str| {
-        let heading = if heading == "resumed" { "response" } else { heading };
-        folder.join(format!("{heading}.h5")).display().to_string()
+        let name = match heading {
+            "resumed" => "response.h5".to_owned(),
+            // beginnings of names
+            "picture" | "table" | "fields" | "compare" => heading.to_owned(),
+            "page" => "page.html".to_owned(),
+            _ => format!("{heading}.h5"),
+        };
+        folder.join(name).display().to_string()
     };
     for (heading, of, arguments) in COLUMNS {
         let scene = folder.join(if of == Scene::Free { "free.toml" } else { "scene.toml" });
@@ -415,7 +486,7 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
                 None => a.replace('@', &scene.display().to_string()),
             });
             let mut arguments: Vec<String> = arguments.collect();
-            if heading != "trust" {
+            if !["trust", "modes"].contains(&heading) {
                 arguments.extend(["-o".into(), file(heading)]);
             }
             arguments.extend(["--json".into(), "--quiet".into()]);
@@ -430,14 +501,29 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
 /// A title, and rows of a name and what each command made of it.
 type Table<'a> = (&'a str, Vec<(&'a str, &'a [Outcome])>);
 
+/// Words on lines that begin like this.
+fn wrapped(indent: &str, text: &str) -> String {
+    let mut lines = vec![indent.to_owned()];
+    for word in text.split_whitespace() {
+        let last = lines.last_mut().unwrap();
+        if last.chars().count() + 1 + word.chars().count() > 118 {
+            lines.push(format!("{indent}{word}"));
+        } else {
+            *last += if last.trim().is_empty() { "" } else { " " };
+            *last += word;
+        }
+    }
+    lines.join("\n")
+}
+
 fn page(tables: &[Table]) -> String {
     let mut messages: Vec<&str> = vec![];
-    let mut text = String::from(
-        "# What goes with what\n\n\
-         Each cell is a run of the program on a small body (`cargo test combinations::`): *yes*, with every frequency answered, or the number of the refusal below. `trust` is `signorini trust`; `resumed`: `response --resume`; \
-         `hbm`: `response --method hbm`; `crosscheck` of those series; `sweep`: `response --sweep up`; `through`: `response --through` of that sweep; `backbone` and `viscous` (`backbone --viscous`) of \
-         the scene without its damping and its loads. What is not said is that of the plate: method `nbm`, damping by a ratio, a harmonic load in the first mode.\n",
-    );
+    let about = "Each cell is a run of the program on a small body (`cargo test combinations::`): *yes*, with every frequency answered, or the number of the refusal below. \
+                 `trust` is `signorini trust`; `resumed`: `response --resume`; `hbm`: `response --method hbm`; `crosscheck` of those series; `sweep`: `response --sweep up`; \
+                 `through`: `response --through` of that sweep; `backbone` and `viscous` (`backbone --viscous`) of the scene without its damping and its loads; `derived`: \
+                 `orbit --sensitivity omega`; `picture`, `table`, `fields`, `page`: `plot`, `export` to CSV and VTKHDF, `view` of the run. What is not said is that of the plate: method \
+                 `nbm`, damping by a ratio, a harmonic load in the first mode.";
+    let mut text = format!("# What goes with what\n\n{}\n", wrapped("", about));
     for (title, rows) in tables {
         write!(text, "\n## {title}\n\n| |").unwrap();
         COLUMNS.iter().for_each(|(heading, ..)| write!(text, " {heading} |").unwrap());
@@ -463,7 +549,8 @@ fn page(tables: &[Table]) -> String {
     }
     text.push_str("\n## Refusals\n\n");
     for (number, message) in messages.iter().enumerate() {
-        writeln!(text, "{}. {message}", number + 1).unwrap();
+        let item = wrapped("    ", &format!("{}. {message}", number + 1));
+        writeln!(text, "{}", item.trim_start()).unwrap();
     }
     text
 }

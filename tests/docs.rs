@@ -121,9 +121,44 @@ fn the_page_of_validation_has_every_case() {
         let part = part.unwrap_or_else(|| panic!("make validation: {name} is missing"));
         // titles begin a sentence there
         let title: String = title.chars().skip(1).collect();
-        assert!(part.contains(&title) && part.contains(&source), "make validation: {name}");
+        let said = part.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(said.contains(&title) && said.contains(&source), "make validation: {name}");
         assert!(part.contains("| measured |") && !part.contains("not accepted"), "{name}");
     }
+}
+
+/// No line and no cell of a table is too long to read: 120 letters, 100, apart from where links lead; pictures stand by themselves.
+#[test]
+fn lines_are_short() {
+    let mut pages = all_pages();
+    pages.extend(["README.md", "CONTRIBUTING.md"].map(|p| root().join(p)));
+    let mut long = vec![];
+    for page in pages {
+        let text = std::fs::read_to_string(&page).unwrap();
+        let mut is_code = false;
+        for (k, line) in text.lines().enumerate() {
+            is_code ^= line.trim_start().starts_with("```");
+            if is_code || line.starts_with("![") {
+                continue;
+            }
+            // [words](target): the words
+            let mut shown = String::new();
+            let mut rest = line;
+            while let Some((before, after)) = rest.split_once("](") {
+                shown += before;
+                rest = after.split_once(')').map_or("", |(_, rest)| rest);
+            }
+            shown += rest;
+            let is_long = match line.starts_with('|') {
+                true => shown.split('|').any(|cell| cell.trim().chars().count() > 100),
+                false => shown.chars().count() > 120,
+            };
+            if is_long {
+                long.push(format!("{}:{}: {line}", page.display(), k + 1));
+            }
+        }
+    }
+    assert!(long.is_empty(), "{long:#?}");
 }
 
 /// Links to files, in the documentation and on the front pages, lead to files; of pages, to headings that are there.

@@ -375,7 +375,7 @@ fn what_friction_does_not_go_with_is_said() {
         (base(&wall("friction = -0.1")), "is -0.1"),
         (base(&wall("friction = [0.3, 0.2]")), "no Filippov system"),
         (base(&wall("friction = { static = 0.3, kinetic = 0.2 }")), "no Filippov system"),
-        (base(&wall("friction = 'rough'")), "a coefficient of friction"),
+        (base(&wall("friction = 'rough'")), "contact.friction: invalid type"),
         (base(&wall("friction = 0.3\nmethod = 'penalty'")), "is not read by method = \"penalty\""),
         (base(&wall("friction = 0.3\nstress = 'projection'")), "friction acts on nodal reactions"),
         (base(&wall("friction = 0.3\ninertia = 'paper'")), "friction acts on nodal reactions"),

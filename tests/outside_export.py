@@ -62,7 +62,7 @@ def stress(body, points, cells, u):
     if cells.shape[1] == 2:
         a, b = cells.T
         axial = young * (u[b, 0] - u[a, 0]) / (points[b, 0] - points[a, 0])
-        return {"stress": axial, "stress_recovered": recovered(points, cells, axial[:, None])[:, 0]}
+        return {"stress": axial, "stress_recovered": young * slopes(points, cells, u)[:, 0, 0]}
     p, q, r, s = cells.T
     hx, hy = points[q, 0] - points[p, 0], points[s, 1] - points[p, 1]
     dx = ((u[q] - u[p]) + (u[r] - u[s])) / (2 * hx[:, None])
@@ -83,7 +83,11 @@ def stress(body, points, cells, u):
         np.add.at(sums, own, (hx * hy)[:, None] * at_corner)
         np.add.at(areas, own, hx * hy)
     averaged = sums / areas[:, None]
-    smooth = recovered(points, cells, tensor)
+    g = slopes(points, cells, u)
+    a, b, g = g[:, 0, 0], g[:, 1, 1], g[:, 0, 1] + g[:, 1, 0]
+    sx, sy, sxy = c * (a + nu * b), c * (b + nu * a), young / (2 * (1 + nu)) * g
+    rest = np.zeros_like(sx)
+    smooth = np.column_stack([sx, sxy, rest, sxy, sy, rest, rest, rest, rest])
     mises = lambda xx, yy, xy: np.sqrt(xx**2 - xx * yy + yy**2 + 3 * xy**2)
     return {
         "stress": tensor, "von_mises": mises(xx, yy, xy), "stress_averaged": averaged,
@@ -91,23 +95,25 @@ def stress(body, points, cells, u):
     }
 
 
-def recovered(points, cells, stress):
-    """At every node a linear polynomial through the stress at the middles of the elements around, by least squares; the patch grows by the elements next to it until
-    the polynomial is decided and its value at the node weighs the stresses, without their signs, by no more than 8."""
-    middles = points[cells].mean(axis=1)
-    values = np.zeros((len(points), stress.shape[1]))
+def slopes(points, cells, u):
+    """Gradients of the displacement at the nodes, [node, axis, component]: those of a quadratic polynomial through the displacements of the nodes around, by least
+    squares; around a node stand the nodes of its elements, and of those next to them where these do not decide the polynomial."""
+    dim = 1 if cells.shape[1] == 2 else 2
+    gradients = np.zeros((len(points), dim, u.shape[1]))
     for node, place in enumerate(points):
-        patch = np.flatnonzero((cells == node).any(axis=1))
-        for _ in range(4):
-            rows = np.column_stack([np.ones(len(patch)), middles[patch] - place])
-            weights = np.linalg.pinv(rows)[0]
-            if np.linalg.matrix_rank(rows) == rows.shape[1] and np.abs(weights).sum() <= 8:
+        near = np.unique(cells[(cells == node).any(axis=1)])
+        for _ in range(3):
+            x = (points[near] - place)[:, :dim]
+            x = x / (scale := np.abs(x).max(axis=0))
+            columns = [np.ones(len(near)), *x.T, *(x.T**2)] + ([x[:, 0] * x[:, 1]] if dim == 2 else [])
+            rows = np.column_stack(columns)
+            if np.linalg.matrix_rank(rows, tol=1e-9) == rows.shape[1]:
                 break
-            patch = np.flatnonzero(np.isin(cells, np.unique(cells[patch])).any(axis=1))
+            near = np.unique(cells[np.isin(cells, near).any(axis=1)])
         else:
             raise AssertionError("a body that is one element thick")
-        values[node] = weights @ stress[patch]
-    return values
+        gradients[node] = (np.linalg.pinv(rows) @ u[near])[1 : 1 + dim] / scale[:, None]
+    return gradients
 
 
 def same(points, cells, found, wanted):

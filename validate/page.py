@@ -5,6 +5,7 @@
 
 import json
 import sys
+import textwrap
 
 
 def number(x):
@@ -31,6 +32,10 @@ def row(check):
     return f"| {what} | {measured}{mark} | {accepted(*check['accepted'])} |"
 
 
+def paragraph(text):
+    print(textwrap.fill(text, 118, break_long_words=False, break_on_hyphens=False) + "\n")
+
+
 def seconds(x):
     return f"{x:.0f}" if x >= 100 else f"{x:.2g}"
 
@@ -40,19 +45,19 @@ def main():
     checks = sum(len(c["checks"]) for c in cases)
     passed = sum(k["passes"] for c in cases for k in c["checks"])
     print("# Validation\n")
-    print(
+    paragraph(
         f"What `signorini validate` prints on one machine: {checks} checks in {len(cases)} cases, {passed} accepted. Each case is computed anew and compared with a reference "
         "that this program did not produce (`validate/NAME/case.rs`); `make validation` writes this page. More measurements, with the tests that give them: [How good it is](../validation.md)."
     )
     for case in cases:
-        print(f"\n## {case['name']}\n")
+        print(f"## {case['name']}\n")
         title = case["title"]
-        print(f"{title[0].upper()}{title[1:]}. Against: {case['source']}. (`signorini validate {case['name']}`, {seconds(case['wall_s'])} s)\n")
+        paragraph(f"{title[0].upper()}{title[1:]}. Against: {case['source']}. (`signorini validate {case['name']}`, {seconds(case['wall_s'])} s)")
         if case["error"]:
             print(f"**Failed**: {case['error']}")
             continue
         print("| what | measured | accepted |\n| --- | --- | --- |")
-        print("\n".join(row(check) for check in case["checks"]))
+        print("\n".join(row(check) for check in case["checks"]) + ("\n" if case is not cases[-1] else ""))
 
 
 main()

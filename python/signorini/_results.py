@@ -420,7 +420,7 @@ class Run(Result):
 
     @property
     def probes(self) -> dict[str, dict[str, np.ndarray]]:
-        """What ``[[probe]]`` of the scene saw: by name, then by quantity (``"displacement"``, ``"velocity"``, ``"acceleration"``, ``"stress"``) [s, components].
+        """What ``[[probe]]`` of the scene saw: by name, then by quantity (``"displacement"``, ``"velocity"``, ``"acceleration"``, ``"stress"``, ``"recovered-stress"``) [s, components].
 
         Components are those of the axes; of stress xx, yy, zz, xy, yz, zx (in the plane the first four, of a bar the first).
         """

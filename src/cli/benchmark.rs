@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use signorini::study::benchmark::{Benchmark, Measure, Quantity, Results};
 
 use super::progress::Bar;
+use super::wrap::paragraph;
 use super::{Answer, CliError, Global, plain};
 
 /// Arguments of `benchmark`.
@@ -333,12 +334,13 @@ fn verdict(done: &[Done], other: &Results) -> String {
 }
 
 fn markdown(done: &[Done], others: &[Results]) -> String {
-    let mut out = format!(
-        "# Benchmarks\n\nProblems of vibration with contact, each with a number that somebody else found, for other codes as well: scenes and definitions are in \
+    let about = format!(
+        "Problems of vibration with contact, each with a number that somebody else found, for other codes as well: scenes and definitions are in \
          `validate/benchmarks`, `signorini benchmark --form` prints the form in which a code says what it found, and [Other codes](../benchmarks.md) says how it comes onto \
-         this page. {} benchmarks; `make validation` writes this page.\n",
+         this page. {} benchmarks; `make validation` writes this page.",
         done.len()
     );
+    let mut out = format!("# Benchmarks\n\n{}", paragraph(&about));
     for d in done {
         let b = d.benchmark;
         let names: String =
@@ -348,9 +350,8 @@ fn markdown(done: &[Done], others: &[Results]) -> String {
             .iter()
             .filter_map(|o| Some(format!("; {} {} s", o.code, plain(*o.seconds.get(&b.name)?))));
         let timed: String = timed.collect();
-        out += &format!(
-            "\n## {}\n\n{}. {} {}: {}. By {} (`signorini benchmark {}`, {} s{timed}).\n\n| what | reference | within | off by |{names}\n| --- | --- | --- | --- |{lines}\n",
-            b.name,
+        let about = format!(
+            "{}. {} {}: {}. By {} (`signorini benchmark {}`, {} s{timed}).",
             b.title,
             b.about,
             capital(b.kind.word()),
@@ -362,6 +363,11 @@ fn markdown(done: &[Done], others: &[Results]) -> String {
             } else {
                 format!("{:.0}", d.seconds)
             },
+        );
+        out += &format!(
+            "\n## {}\n\n{}\n| what | reference | within | off by |{names}\n| --- | --- | --- | --- |{lines}\n",
+            b.name,
+            paragraph(&about),
         );
         for f in &d.found {
             let q = f.quantity;

@@ -254,7 +254,7 @@ fn read_as(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliEr
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
         if named {
             return Err(CliError::Input(
-                "--omega, --coefficients and --alpha name variables of a MATLAB file, not of CSV"
+                "--omega, --coefficients and --alpha name variables of a MATLAB file, not of CSV: leave them out"
                     .into(),
             ));
         }

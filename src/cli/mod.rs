@@ -49,6 +49,7 @@ mod validate;
 mod view;
 mod viscous;
 mod whole;
+mod wrap;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -341,6 +341,13 @@ fn ended_early(report: &Report, has_impacts: bool, output: &Path) -> String {
             "\n  a node that opens and closes without end has, as a rule, no equilibrium in either state: loads at the \
              contact edge on a coarse mesh do that. Refine the mesh towards the edge, or move the load off it"
         }
+        Outcome::Unresolved { .. } => {
+            "\n  neither touching nor apart goes on from there under this discretisation: stress = \"reaction\" with inertia = \"constant\", or \
+             method = \"mass-redistribution\", always have a continuation without friction; with friction begin with a pressure (initial.equilibrium)"
+        }
+        Outcome::Rests { .. } => {
+            "\n  give a faster contact.surface, or a smaller motion; what was computed until there holds"
+        }
         Outcome::Flow(_) => "\n  try another integrator (\"dop853\", \"modal\"), or a larger rtol",
         _ => "",
     };

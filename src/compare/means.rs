@@ -27,7 +27,7 @@ pub enum CompareError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The reference.
-    #[error("the reference ({name}) could not be computed: {why}")]
+    #[error("the reference ({name}) could not be computed: {why}; another one: --reference")]
     Reference {
         /// What it was to be.
         name: String,

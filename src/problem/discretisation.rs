@@ -36,3 +36,9 @@ pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
     };
     (stress, mass)
 }
+
+/// Whether contact displacements lose their mass at the switches (the paper's nodal boundary method): every node that begins to touch is a corner of a branch then.
+pub fn changes_mass_at_switches(scene: &Scene) -> bool {
+    let is_nbm = scene.contact.as_ref().is_some_and(|c| c.method == ContactMethod::NodalBoundary);
+    is_nbm && discretisation(scene).1 == MassChoice::Paper
+}

@@ -180,7 +180,7 @@ pub(super) fn read(scene: &Scene, key: &str, name: Option<&String>) -> Result<Cs
         let (rows, columns) = matrix.shape;
         return Ok(Csr::from_triplets(rows, columns, matrix.entries.clone()));
     }
-    let help = "give a Matrix Market file, or FILE.h5:/dataset, relative to the scene";
+    let help = "give a file of one of the formats that `signorini inspect FILE` knows (Matrix Market, HDF5, MATLAB, .npz, Abaqus, CalculiX, Ansys, Nastran), relative to the scene";
     read_matrix(folder(scene), name).map_err(|e| fault(scene, key, e, help))
 }
 

@@ -42,6 +42,7 @@ pub use error::ProblemError;
 
 use body::{assemble, contacts};
 use damping::{damping, rayleigh_of};
+pub use discretisation::changes_mass_at_switches;
 use discretisation::discretisation;
 use given::{given_body, given_gaps_behind};
 pub use imported::{read as read_mesh, read_file as read_mesh_file};

@@ -119,7 +119,7 @@ pub enum StoreError {
     #[error("{} is being written by another process; wait for it, or choose another name with -o", .0.display())]
     Busy(PathBuf),
     /// No room.
-    #[error("{}: the disk is full: {} are needed, {} are there", path.display(), in_bytes(*needed), in_bytes(*there))]
+    #[error("{}: the disk is full: {} are needed, {} are there; free some, keep less (run.store = \"contact\", fewer samples), or write elsewhere with -o", path.display(), in_bytes(*needed), in_bytes(*there))]
     DiskFull {
         /// Path.
         path: PathBuf,

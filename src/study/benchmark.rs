@@ -198,7 +198,7 @@ impl Quantity {
             let mut values = parts.values();
             return match (values.next(), values.next()) {
                 (Some(x), None) => Ok(*x),
-                _ => Err("find has several parts: a formula says what is made of them".into()),
+                _ => Err("find has several parts: give formula = \"…\" of their names".into()),
             };
         };
         let tree = FlatEx::<f64>::parse(formula).map_err(|e| format!("formula: {e}"))?;

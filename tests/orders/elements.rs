@@ -274,10 +274,9 @@ fn nodal_stress(body: &Body, material: &Material, u: &[f64]) -> ([f64; 3], f64) 
     let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let exact = Exact { dim };
     let elements: Vec<Element> = mesh.elements().collect();
-    let displaced = |e: &Element| -> Vec<Point> {
-        let at = |&n: &usize| std::array::from_fn(|c| if c < dim { u[dim * n + c] } else { 0.0 });
-        e.nodes.iter().map(at).collect()
-    };
+    let of_node =
+        |n: usize| -> Point { std::array::from_fn(|c| if c < dim { u[dim * n + c] } else { 0.0 }) };
+    let displaced = |e: &Element| -> Vec<Point> { e.nodes.iter().map(|&n| of_node(n)).collect() };
     let (mut sums, mut counts) = (vec![vec![]; mesh.n_nodes()], vec![0.0; mesh.n_nodes()]);
     for e in &elements {
         let x = mesh.corners(*e);
@@ -292,14 +291,11 @@ fn nodal_stress(body: &Body, material: &Material, u: &[f64]) -> ([f64; 3], f64) 
     };
     let averaged: Vec<Stress> = sums.into_iter().zip(counts).map(mean).collect();
     let recovered = Recovery::new(mesh.nodes(), &elements).all();
-    let nodes = recovered.nodes.iter().map(|n| n.node);
-    assert!(nodes.eq(0..mesh.n_nodes()));
-    let at = |k: usize, local: Point| {
-        let x = mesh.corners(elements[k]);
-        let shape = Shape { kind: elements[k].kind, x: &x };
-        Stress::at(material, shape, local, &displaced(&elements[k]))
-    };
-    let recovered = recovered.of(at);
+    assert!(recovered.iter().map(|n| n.node).eq(0..mesh.n_nodes()));
+    let recovered: Vec<Stress> = recovered
+        .iter()
+        .map(|n| n.stress(material, (&mesh.nodes()[n.node], dim), of_node))
+        .collect();
     let (mut off, mut size) = ([0.0; 3], [0.0; 3]);
     for (n, p) in mesh.nodes().iter().enumerate() {
         let wanted = hooke(dim, &exact.gradient(*p));

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use signorini::problem::changes_mass_at_switches;
 use signorini::records::{
-    Branch, BranchEnd, FamilyKind, GapReason, Peak, PointKind, PointMethod, PointRecord, Solver,
-    Walk, Way,
+    Branch, BranchEnd, EndReason, FamilyKind, GapReason, Peak, PointKind, PointMethod, PointRecord,
+    Solver, Walk, Way,
 };
 use signorini::report::summary::{plural, significant};
 use signorini::scenario::Scene;
@@ -105,6 +106,9 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
         };
         line(if e.branch == 0 { "branches" } else { "" }, format!("{name}{}", e.text));
     }
+    for (k, text) in what_next(scene, stored, ends).into_iter().enumerate() {
+        line(if k == 0 { "next" } else { "" }, text);
+    }
     // of a sweep a jump is what it is about
     let jumps = |p: &PointRecord| p.special == PointKind::Jump && p.attractor.is_some();
     let specials: Vec<&PointRecord> =
@@ -159,6 +163,32 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     let path = path.display();
     line("written to", format!("{path} (pictures: signorini plot {path})"));
     out
+}
+
+/// What may lead on where branches ended before they were done.
+fn what_next(scene: &Scene, stored: &StoredFamily, ends: &[BranchEnd]) -> Vec<String> {
+    let ended = |reason| ends.iter().any(|e| e.reason == reason && !e.complete);
+    let is_response = stored.outline().way == Way::Response;
+    let mut all = vec![];
+    if ended(EndReason::Points) {
+        all.push("more points with --points, or longer steps with --step".to_owned());
+    }
+    if ended(EndReason::Lost) {
+        let elsewhere = if is_response { "another --range" } else { "another start with --omega" };
+        all.push(format!("shorter steps with --step, or {elsewhere}"));
+        if changes_mass_at_switches(scene) {
+            all.push("contact.method = \"mass-redistribution\": with the paper's mass every node that begins to touch is a corner of the branch".to_owned());
+        }
+        if is_response {
+            all.push(
+                "--sweep both: what the body settles to covers the range whatever a branch does"
+                    .to_owned(),
+            );
+        } else if stored.outline().solver == Solver::Shooting && is_free(scene) {
+            all.push("--viscous: families of the undamped discrete body have corners and ends that are the mesh's".to_owned());
+        }
+    }
+    all
 }
 
 /// How far the energies of a family may be off.

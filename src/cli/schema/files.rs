@@ -1,10 +1,13 @@
-//! The datasets of files, as a list or as a page: a table for every group.
+//! The datasets of files, as a list or as a page: a list for every group.
 
 use serde_json::{Value, json};
 
 use signorini::store::About;
 
-const HEAD: &str = "\n| dataset | dimensions | unit | meaning |\n| --- | --- | --- | --- |\n";
+use crate::cli::wrap::{item, paragraph};
+
+/// How entries are written.
+const HEAD: &str = "Each with its dimensions and the unit of its values.";
 
 /// The list.
 pub fn of(datasets: &[&About], markdown: bool) -> String {
@@ -12,17 +15,17 @@ pub fn of(datasets: &[&About], markdown: bool) -> String {
         let dataset = |a: &&About| json!({"path": a.path, "units": a.units, "dimensions": a.axes, "description": a.what});
         return format!("{:#}\n", datasets.iter().map(dataset).collect::<Value>());
     }
-    let mut out = String::from("# Datasets of files\n");
+    let mut out = format!("# Datasets of files\n\n{}", paragraph(HEAD));
     let mut group = "";
     for a in datasets {
         let (of, name) = a.place();
         if of != group {
-            out += &format!("\n## /{of}\n{HEAD}");
+            out += &format!("\n## /{of}\n\n");
             group = of;
         }
-        let cell = |text: &str| text.replace('|', "\\|");
-        let axes = a.axes.join(", ");
-        out += &format!("| `{name}` | {axes} | {} | {} |\n", cell(a.units), cell(a.what));
+        let axes = a.axes.join(" × ");
+        let unit = if a.units.is_empty() { String::new() } else { format!(", in {}", a.units) };
+        out += &item(0, &format!("**`{name}`** ({axes}{unit}): {}", a.what));
     }
     out
 }

@@ -20,7 +20,7 @@ pub struct Arguments {
     /// Of what
     #[arg(value_enum, default_value = "scene")]
     of: Kind,
-    /// As Markdown: tables of the keys or datasets
+    /// As Markdown: lists of the keys or datasets
     #[arg(long)]
     markdown: bool,
 }

@@ -1,6 +1,8 @@
-//! A schema as a page: a heading and a table of keys for every table of the file.
+//! A schema as a page: a heading and a list of keys for every table of the file.
 
 use serde_json::{Map, Value};
+
+use crate::cli::wrap::{item, paragraph};
 
 /// Reads a schema with its references.
 struct Reader<'a> {
@@ -11,11 +13,11 @@ struct Reader<'a> {
 pub fn of(schema: &Value, title: &str) -> String {
     let reader = Reader { definitions: schema.get("definitions") };
     let mut out = format!("# {title}\n");
-    out += &paragraph(schema);
+    out += &said(schema);
     let (tables, plain): (Vec<_>, Vec<_>) =
         properties(schema).partition(|(_, s)| reader.table(s).is_some());
     if !plain.is_empty() {
-        out += HEAD;
+        out += "\n";
         for (key, value) in plain {
             out += &reader.row(key, value, is_required(schema, key));
         }
@@ -24,14 +26,12 @@ pub fn of(schema: &Value, title: &str) -> String {
         let Some((table, is_list)) = reader.table(value) else { continue };
         let name = if is_list { format!("[[{key}]]") } else { format!("[{key}]") };
         out += &format!("\n## {name}\n");
-        out += &paragraph(if says(value) { value } else { table });
-        out += HEAD;
+        out += &said(if says(value) { value } else { table });
+        out += "\n";
         out += &reader.rows("", table);
     }
     out
 }
-
-const HEAD: &str = "\n| key | value | default | meaning |\n| --- | --- | --- | --- |\n";
 
 fn text<'a>(schema: &'a Value, key: &str) -> &'a str {
     schema.get(key).and_then(Value::as_str).unwrap_or_default()
@@ -42,8 +42,8 @@ fn says(schema: &Value) -> bool {
 }
 
 /// What it says of itself, on lines of its own.
-fn paragraph(schema: &Value) -> String {
-    format!("\n{}\n", one_line(text(schema, "description")))
+fn said(schema: &Value) -> String {
+    format!("\n{}", paragraph(text(schema, "description")))
 }
 
 fn one_line(text: &str) -> String {
@@ -98,7 +98,7 @@ impl<'a> Reader<'a> {
         // keys of the user's choice
         if properties(table).next().is_none() {
             let values = table.get("additionalProperties").unwrap_or(table);
-            return format!("| any | {} | | |\n", self.value(values));
+            return item(0, &format!("any key: {}", self.value(values)));
         }
         for (key, value) in properties(table) {
             let whole = format!("{path}{key}");
@@ -113,8 +113,8 @@ impl<'a> Reader<'a> {
     fn row(&self, key: &str, schema: &'a Value, is_required: bool) -> String {
         let found = self.resolve(schema);
         let default = match schema.get("default").or(found.get("default")) {
-            _ if is_required => "required".to_owned(),
-            Some(value) => toml(value),
+            _ if is_required => "; required".to_owned(),
+            Some(value) => format!("; absent: {}", toml(value)),
             None => String::new(),
         };
         let mut meaning = one_line(text(if says(schema) { schema } else { found }, "description"));
@@ -122,14 +122,15 @@ impl<'a> Reader<'a> {
         if !examples.is_empty() {
             meaning += &format!(" For example {}.", examples.join(" or "));
         }
+        let value = self.value(schema);
+        let mut out = item(0, &format!("**`{key}`** ({value}{default}): {meaning}"));
         for word in self.words(found) {
             let said = one_line(text(word, "description"));
             if let (Some(value), false) = (word.get("const"), said.is_empty()) {
-                meaning += &format!("<br>{}: {}", toml(value), said.trim_end_matches('.'));
+                out += &item(1, &format!("{}: {}", toml(value), said.trim_end_matches('.')));
             }
         }
-        let cells = [format!("`{key}`"), self.value(schema), default, meaning];
-        format!("| {} |\n", cells.map(|c| c.replace('|', "\\|")).join(" | "))
+        out
     }
 
     /// The words that a key may be, or the items of its list.

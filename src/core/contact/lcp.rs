@@ -66,10 +66,14 @@ pub(crate) struct Bounds<'a> {
 #[derive(Debug, Error, Clone, PartialEq)]
 pub enum LcpError {
     /// A principal block is singular: not a P-matrix.
-    #[error("a principal block of N_C is singular: the contact conditions have no unique solution")]
+    #[error(
+        "a principal block of N_C is singular: the contact conditions have no unique solution; stress = \"reaction\" has one on every mesh"
+    )]
     Singular,
     /// The limit of pivots was reached: not a P-matrix.
-    #[error("no solution after {pivots} pivots: N_C is not a P-matrix")]
+    #[error(
+        "no solution after {pivots} pivots: N_C is not a P-matrix; stress = \"reaction\" has one on every mesh"
+    )]
     PivotLimit {
         /// Pivots done.
         pivots: usize,

@@ -12,7 +12,7 @@ use crate::mesh::point::{aligned, cross, dot};
 use crate::mesh::{ElementKind, Point};
 
 /// Strain over the displacements of an element: six rows, in the order of [`super::law`].
-type StrainRows = OMatrix<f64, U6, Dyn>;
+pub(crate) type StrainRows = OMatrix<f64, U6, Dyn>;
 
 /// How mass is spread over the displacements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -274,6 +274,15 @@ impl Shape<'_> {
         let column = |j: usize| (0..6).map(|i| weights[i] * rows[(i, j)]).sum();
         (0..rows.ncols()).map(column).collect()
     }
+}
+
+/// Strain over displacements of which gradients are those sums, at a radius where values are these.
+pub(super) fn of_gradients(
+    gradients: Vec<Point>,
+    (values, radius): (Vec<f64>, f64),
+    (dim, material): (usize, &Material),
+) -> StrainRows {
+    Station { values: values.into(), gradients, det: 1.0, radius }.strain(dim, material.is_radial())
 }
 
 impl Station<'_> {

@@ -74,7 +74,9 @@ use thiserror::Error;
 #[derive(Debug, Error, Clone, PartialEq)]
 pub enum FemError {
     /// A matrix that must be positive definite is not.
-    #[error("the {what} is not positive definite")]
+    #[error(
+        "the {what} is not positive definite: look at the units of its numbers, the orientation of its cells, and at what holds the body (signorini inspect)"
+    )]
     NotPositiveDefinite {
         /// Which matrix.
         what: &'static str,

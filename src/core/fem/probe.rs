@@ -36,7 +36,7 @@ pub enum Quantity {
     Acceleration,
     /// `σ`, positive in tension: xx, yy, zz, xy, yz, zx; in the plane the first four, of a bar the first.
     Stress,
-    /// `σ*`: the same by superconvergent patch recovery, of one order more, at the boundary too.
+    /// `σ*`: the same recovered from the displacements of the nodes around, of one order more, at the boundary too.
     #[serde(rename = "recovered-stress")]
     RecoveredStress,
 }
@@ -199,7 +199,7 @@ impl Probe {
             false => vec![],
         };
         let recovered = match watches(Quantity::RecoveredStress) {
-            true => stress_rows(body, &recovered_shares(body, &all, &shares), components),
+            true => recovered_rows(body, &all, &shares, components),
             false => vec![],
         };
         // entries over the components of all nodes, over those that are free
@@ -265,12 +265,14 @@ impl Probe {
     }
 }
 
-/// The places that recovered stress reads in place of these, with what they weigh: those of the patches around the nodes of the elements.
-fn recovered_shares<'m>(
-    body: &'m Body,
-    all: &[Element<'m>],
-    shares: &[Share<'m>],
-) -> Vec<Share<'m>> {
+/// The mean of the stress that is recovered at the nodes of the elements, likewise.
+fn recovered_rows(
+    body: &Body,
+    all: &[Element],
+    shares: &[Share],
+    components: usize,
+) -> Vec<(usize, usize, f64)> {
+    let (nodes, dim) = (body.mesh.nodes(), body.mesh.dim());
     let whole: f64 = shares.iter().map(|(_, _, w)| w).sum();
     let mut of_node: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     for (element, local, share) in shares {
@@ -278,15 +280,18 @@ fn recovered_shares<'m>(
             *of_node.entry((n, element.region)).or_default() += share / whole * phi;
         }
     }
-    let recovery = Recovery::new(body.mesh.nodes(), all);
-    let recovered = recovery.at(of_node.iter().filter(|(_, w)| **w != 0.0).map(|(n, _)| *n));
-    let mut weights = vec![0.0; recovered.places.len()];
-    for node in &recovered.nodes {
-        let own = of_node[&(node.node, node.region)];
-        node.weights.iter().for_each(|(k, w)| weights[*k] += own * w);
+    let recovery = Recovery::new(nodes, all);
+    let mut entries = vec![];
+    for ((node, region), share) in of_node.into_iter().filter(|(_, w)| *w != 0.0) {
+        let Some(material) = body.materials().get(region) else { continue };
+        let at = recovery.at(node, region);
+        let rows = at.rows(material, &nodes[node], dim);
+        for (i, k) in (0..components).flat_map(|i| (0..rows.ncols()).map(move |k| (i, k))) {
+            let (other, _) = at.weights[k / dim];
+            entries.push((i, dim * other + k % dim, share * rows[(i, k)]));
+        }
     }
-    let share = |(&(k, local), w): (&(usize, Local), f64)| (all[k], local, w);
-    recovered.places.iter().zip(weights).map(share).collect()
+    entries
 }
 
 /// The mean stress of places of elements, as entries of rows over the components of all nodes.

@@ -1,86 +1,65 @@
-//! Stress at nodes, recovered from where the elements have it best: superconvergent patch recovery (Zienkiewicz and Zhu, Int. J. Numer. Methods Eng. 33, 1992,
-//! 1331–1364 and 1365–1382).
+//! Stress at nodes from displacements of the nodes around: polynomial preserving recovery (Zhang and Naga, SIAM J. Sci. Comput. 26, 2005, 1192–1213), and what the
+//! difference to the stress of the elements says of its error (Zienkiewicz and Zhu, Int. J. Numer. Methods Eng. 24, 1987, 337–357).
 //!
 //! ```text
-//! σ*(x) = Σ_j a_j p_j(x)          Σ_k |σ*(x_k) − D B u(x_k)|² → min          over the points x_k of the elements around a corner
-//! η² = Σ_e ∫ (σ* − D B u) : D⁺ (σ* − D B u)                                  in an element σ* = Σ_a φ_a σ*_a
+//! u*(x) = Σ_j a_j p_j(x)          Σ_k |u*(x_k) − u_k|² → min          over the nodes x_k of the elements around a corner
+//! σ* = D ε(u*)                    at the corner, and at the nodes beside it that are no corners (the mean of the patches that reach them)
+//! η² = Σ_e ∫ (σ* − σ) : D⁺ (σ* − σ)                                   in an element σ* = Σ_a φ_a σ*_a
 //! ```
 //!
-//! `p_j` are the polynomials of the order of the elements; nodes that are no corners have the mean of the patches that reach them. A patch stays in one material, and
-//! grows by the elements next to it where its points do not decide the polynomials, at the boundary: the weights of the points at the node, whose sum is one, add up to
-//! no more than [`EXTRAPOLATION`] without their signs. A body that is one element thick takes the points of integration in place of the best ones, then polynomials of
-//! lower order.
+//! `p_j` are the polynomials of one degree more than the elements have, so that `σ*` is of one order more, at the boundary too. A patch stays in one material and grows
+//! by the elements next to it until its nodes decide all polynomials; what a body that is one element thick does not decide is left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector6};
 
-use super::element::Shape;
+use super::element::{Shape, StrainRows, of_gradients};
 use super::law::Material;
-use super::shape::{self, Integrand, Local};
+use super::shape::{self, Integrand};
 use super::stress::Stress;
-use crate::mesh::{Element, ElementKind, Point, bounds};
-
-/// `Σ|w|` of the weights of a node at most: how far a patch may be extrapolated.
-const EXTRAPOLATION: f64 = 8.0;
+use crate::mesh::{Element, Point, bounds};
 
 /// How often a patch grows.
-const LAYERS: usize = 3;
+const LAYERS: usize = 2;
 
-/// The points of an element that a patch reads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Points {
-    /// Where its stress is most accurate.
-    Best,
-    /// Those of its stiffness.
-    Integration,
-}
+/// A polynomial of which less than this is new at the nodes of a patch, over its size there, is not decided by them.
+const NEW: f64 = 0.02;
 
-impl Points {
-    fn of(self, kind: ElementKind) -> Vec<Local> {
-        match self {
-            Points::Best => shape::superconvergent(kind),
-            Points::Integration => {
-                shape::rule(kind, Integrand::Stiffness, false).into_iter().map(|p| p.0).collect()
-            }
-        }
-    }
-}
-
-/// A point of an element whose stress is read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Sample {
-    element: usize,
-    points: Points,
-    index: usize,
-}
-
-/// A node in one of the materials around it: what the stress at places of elements weighs in its own.
+/// The gradient of the displacement of a node in one of the materials around it: `∇u* = Σ_k u_k ⊗ w_k`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtNode {
     /// Which node.
     pub node: usize,
     /// Which material.
     pub region: usize,
-    /// Number of the place in [`Recovered::places`], weight.
-    pub weights: Vec<(usize, f64)>,
+    /// Nodes `k`, and `w_k`.
+    pub weights: Vec<(usize, Point)>,
 }
 
-/// How stress at nodes follows from that at places of elements.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Recovered {
-    /// Elements and places in them.
-    pub places: Vec<(usize, Local)>,
-    /// Nodes, in each of their materials.
-    pub nodes: Vec<AtNode>,
-}
+impl AtNode {
+    /// The stress as six rows over the components of the displacements of the nodes in [`AtNode::weights`], where this one stands at `place`.
+    pub fn rows(&self, material: &Material, place: &Point, dim: usize) -> StrainRows {
+        let gradients: Vec<Point> = self.weights.iter().map(|w| w.1).collect();
+        let own = |k: &(usize, Point)| f64::from(u8::from(k.0 == self.node));
+        let values = self.weights.iter().map(own).collect();
+        material.stiffness() * of_gradients(gradients, (values, place[0]), (dim, material))
+    }
 
-impl Recovered {
-    /// `σ*` of the nodes where the elements have these stresses at their places.
-    pub fn of(&self, stress: impl Fn(usize, Local) -> Stress) -> Vec<Stress> {
-        let at: Vec<Stress> = self.places.iter().map(|&(k, local)| stress(k, local)).collect();
-        let sum = |n: &AtNode| Stress::sum(n.weights.iter().map(|&(k, w)| (w, at[k])));
-        self.nodes.iter().map(sum).collect()
+    /// The stress.
+    pub fn stress(
+        &self,
+        material: &Material,
+        (place, dim): (&Point, usize),
+        u: impl Fn(usize) -> Point,
+    ) -> Stress {
+        let rows = self.rows(material, place, dim);
+        let mut sum = Vector6::zeros();
+        for (k, (node, _)) in self.weights.iter().enumerate() {
+            let u = u(*node);
+            (0..dim).for_each(|c| sum += rows.column(dim * k + c) * u[c]);
+        }
+        Stress::of_vector(sum)
     }
 }
 
@@ -92,14 +71,14 @@ pub struct Recovery<'m> {
     around: Vec<Vec<usize>>,
 }
 
-/// `σ*` around a corner: the coefficients of its polynomials over its samples.
+/// `u*` around a corner: the coefficients of its polynomials over its nodes.
 struct Patch {
-    samples: Vec<Sample>,
+    nodes: Vec<usize>,
     polynomials: Polynomials,
     coefficients: DMatrix<f64>,
 }
 
-/// All polynomials of a degree in `(x − centre)/size`.
+/// Products of powers of `(x − centre)/size`.
 #[derive(Debug, Clone)]
 struct Polynomials {
     centre: Point,
@@ -108,32 +87,72 @@ struct Polynomials {
 }
 
 impl Polynomials {
-    fn new((dim, degree): (usize, usize), around: &[Point]) -> Polynomials {
+    /// All of a degree; those with many factors before those with high powers.
+    fn new((dim, degree): (usize, i32), around: &[Point]) -> Polynomials {
         let [low, high] = bounds(around);
         let half = |c: usize| 0.5 * (high[c] - low[c]);
-        // an axis without extent decides nothing
-        let least = 1e-6 * half(0).max(half(1)).max(half(2)).max(f64::MIN_POSITIVE);
-        let count = degree as i32;
-        let upto = |c: usize| 0..=if c < dim { count } else { 0 };
+        let largest = half(0).max(half(1)).max(half(2)).max(f64::MIN_POSITIVE);
+        let upto = |c: usize| 0..=if c < dim { degree } else { 0 };
         let mut exponents = vec![];
         for i in upto(0) {
             for j in upto(1) {
-                exponents
-                    .extend(upto(2).map(|k| [i, j, k]).filter(|e| e.iter().sum::<i32>() <= count));
+                let of = |k: i32| [i, j, k];
+                exponents.extend(upto(2).map(of).filter(|e| e.iter().sum::<i32>() <= degree));
             }
         }
+        exponents.sort_by_key(|e| (e.iter().sum::<i32>(), *e.iter().max().unwrap_or(&0)));
         Polynomials {
             centre: std::array::from_fn(|c| 0.5 * (low[c] + high[c])),
-            size: std::array::from_fn(|c| half(c).max(least)),
+            // an axis without extent decides nothing
+            size: std::array::from_fn(|c| if half(c) > 1e-9 * largest { half(c) } else { largest }),
             exponents,
         }
     }
 
+    fn local(&self, place: &Point) -> Point {
+        std::array::from_fn(|c| (place[c] - self.centre[c]) / self.size[c])
+    }
+
     fn at(&self, place: &Point) -> DVector<f64> {
-        let x = |c: usize| (place[c] - self.centre[c]) / self.size[c];
-        let x = [x(0), x(1), x(2)];
+        let x = self.local(place);
         let of = |e: &[i32; 3]| (0..3).map(|c| x[c].powi(e[c])).product();
         DVector::from_iterator(self.exponents.len(), self.exponents.iter().map(of))
+    }
+
+    /// Their derivatives along an axis.
+    fn slopes(&self, place: &Point, axis: usize) -> DVector<f64> {
+        let x = self.local(place);
+        let power = |c: usize, e: i32| match c == axis {
+            true if e == 0 => 0.0,
+            true => f64::from(e) * x[c].powi(e - 1) / self.size[c],
+            false => x[c].powi(e),
+        };
+        let of = |e: &[i32; 3]| (0..3).map(|c| power(c, e[c])).product();
+        DVector::from_iterator(self.exponents.len(), self.exponents.iter().map(of))
+    }
+
+    /// Only those that are new at these places, each beside those before it.
+    fn decided(mut self, places: &[Point]) -> Polynomials {
+        let columns: Vec<DVector<f64>> = places.iter().map(|x| self.at(x)).collect();
+        let rows = DMatrix::from_columns(&columns);
+        let mut basis: Vec<DVector<f64>> = vec![];
+        let mut is_new = |k: usize| {
+            let whole = rows.row(k).transpose();
+            let mut rest = whole.clone();
+            // twice is enough
+            for _ in 0..2 {
+                basis.iter().for_each(|b| rest -= b * b.dot(&rest));
+            }
+            let decided = rest.norm() > NEW * whole.norm() && basis.len() < places.len();
+            if decided {
+                basis.push(rest.normalize());
+            }
+            decided
+        };
+        let exponents = self.exponents.clone();
+        self.exponents =
+            exponents.into_iter().enumerate().filter(|(k, _)| is_new(*k)).map(|(_, e)| e).collect();
+        self
     }
 }
 
@@ -148,7 +167,7 @@ impl<'m> Recovery<'m> {
     }
 
     /// Of every node, in each of the materials around it.
-    pub fn all(&self) -> Recovered {
+    pub fn all(&self) -> Vec<AtNode> {
         let mut sums: BTreeMap<(usize, usize), Sum> = BTreeMap::new();
         for corner in (0..self.points.len()).filter(|&n| self.is_corner(n)) {
             for region in self.regions(corner) {
@@ -158,42 +177,23 @@ impl<'m> Recovery<'m> {
                 }
             }
         }
-        self.recovered(sums)
+        sums.into_iter().map(|((node, region), sum)| sum.mean(node, region)).collect()
     }
 
-    /// Of some nodes, each in one of the materials around it.
-    pub fn at(&self, nodes: impl IntoIterator<Item = (usize, usize)>) -> Recovered {
-        let sum = |(node, region): (usize, usize)| {
-            let mut sum = Sum::default();
-            let corners: BTreeSet<usize> = match self.is_corner(node) {
-                true => BTreeSet::from([node]),
-                false => self.of_region(node, region).flat_map(|k| self.corners(k)).collect(),
-            };
-            corners.iter().for_each(|&c| sum.add(&self.patch(c, region), &self.points[node]));
-            ((node, region), sum)
+    /// Of one node in one of the materials around it.
+    pub fn at(&self, node: usize, region: usize) -> AtNode {
+        let mut sum = Sum::default();
+        let corners: BTreeSet<usize> = match self.is_corner(node) {
+            true => BTreeSet::from([node]),
+            false => self.of_region(node, region).flat_map(|k| self.corners(k)).collect(),
         };
-        self.recovered(nodes.into_iter().map(sum).collect())
+        corners.iter().for_each(|&c| sum.add(&self.patch(c, region), &self.points[node]));
+        sum.mean(node, region)
     }
 
     /// The materials around a node.
-    pub fn regions(&self, node: usize) -> BTreeSet<usize> {
+    fn regions(&self, node: usize) -> BTreeSet<usize> {
         self.around[node].iter().map(|&k| self.elements[k].region).collect()
-    }
-
-    fn recovered(&self, sums: BTreeMap<(usize, usize), Sum>) -> Recovered {
-        let samples: BTreeSet<Sample> =
-            sums.values().flat_map(|s| s.weights.keys()).copied().collect();
-        let number: BTreeMap<Sample, usize> = samples.iter().copied().zip(0..).collect();
-        let place = |s: &Sample| (s.element, s.points.of(self.elements[s.element].kind)[s.index]);
-        let mean = |((node, region), sum): ((usize, usize), Sum)| {
-            let share = 1.0 / sum.count as f64;
-            let weights = sum.weights.iter().map(|(s, w)| (number[s], share * w)).collect();
-            AtNode { node, region, weights }
-        };
-        Recovered {
-            places: samples.iter().map(place).collect(),
-            nodes: sums.into_iter().map(mean).collect(),
-        }
     }
 
     fn of_region(&self, node: usize, region: usize) -> impl Iterator<Item = usize> {
@@ -219,82 +219,78 @@ impl<'m> Recovery<'m> {
         self.of_region(corner, region).flat_map(inner).chain([corner]).collect()
     }
 
-    /// The smallest patch of a corner that decides its polynomials there; in the end the mean of all points, which always is one.
+    /// The smallest patch of a corner that decides the most polynomials.
     fn patch(&self, corner: usize, region: usize) -> Patch {
         let mut elements: BTreeSet<usize> = self.of_region(corner, region).collect();
-        let mut patches = vec![elements.clone()];
+        let degree = 1 + self.elements[self.around[corner][0]].kind.order();
+        let (mut best, wanted) = self.over(&elements, degree);
         for _ in 0..LAYERS {
-            let nodes = elements.iter().flat_map(|&k| self.elements[k].nodes);
-            let next: BTreeSet<usize> = nodes.flat_map(|&n| self.of_region(n, region)).collect();
-            if next.len() == elements.len() {
+            if best.exponents() == wanted {
                 break;
             }
-            patches.push(next.clone());
-            elements = next;
-        }
-        let quadratic = self.around[corner].iter().any(|&k| self.elements[k].kind.is_quadratic());
-        let order = if quadratic { 2 } else { 1 };
-        for degree in (1..=order).rev() {
-            for points in [Points::Best, Points::Integration] {
-                let mut all = patches.iter();
-                let found = all.find_map(|of| self.fitted(corner, of, (degree, points)));
-                if let Some(patch) = found {
-                    return patch;
-                }
+            let nodes = elements.iter().flat_map(|&k| self.elements[k].nodes);
+            elements = nodes.flat_map(|&n| self.of_region(n, region)).collect();
+            let (larger, _) = self.over(&elements, degree);
+            if larger.exponents() > best.exponents() {
+                best = larger;
             }
         }
-        let (samples, places) = self.samples(&patches[0], Points::Best);
-        let share = 1.0 / samples.len() as f64;
-        Patch {
-            polynomials: Polynomials::new((0, 0), &places),
-            coefficients: DMatrix::from_element(1, samples.len(), share),
-            samples,
-        }
+        best.fitted(self.points)
     }
 
-    /// The fit over these elements, if it decides the stress at the corner.
-    fn fitted(
-        &self,
-        corner: usize,
-        elements: &BTreeSet<usize>,
-        (degree, points): (usize, Points),
-    ) -> Option<Patch> {
-        let dim = self.elements[*elements.first()?].kind.dim();
-        let (samples, places) = self.samples(elements, points);
-        let polynomials = Polynomials::new((dim, degree), &places);
-        let terms = polynomials.exponents.len();
-        if samples.len() < terms {
-            return None;
-        }
-        let columns: Vec<DVector<f64>> = places.iter().map(|x| polynomials.at(x)).collect();
-        let svd = DMatrix::from_columns(&columns).transpose().svd(true, true);
-        let [most, least] = [svd.singular_values.max(), svd.singular_values.min()];
-        if least <= 1e-8 * most {
-            return None;
-        }
-        let coefficients = svd.pseudo_inverse(0.0).ok()?;
-        let patch = Patch { samples, polynomials, coefficients };
-        let stretch: f64 = patch.weights(&self.points[corner]).iter().map(|w| w.abs()).sum();
-        (stretch <= EXTRAPOLATION).then_some(patch)
-    }
-
-    fn samples(&self, elements: &BTreeSet<usize>, points: Points) -> (Vec<Sample>, Vec<Point>) {
-        let of = |&element: &usize| {
-            let Element { kind, nodes, .. } = self.elements[element];
-            let x: Vec<Point> = nodes.iter().map(|&n| self.points[n]).collect();
-            let place = move |(index, local): (usize, Local)| {
-                (Sample { element, points, index }, Shape { kind, x: &x }.place(local))
-            };
-            points.of(kind).into_iter().enumerate().map(place)
-        };
-        elements.iter().flat_map(of).unzip()
+    /// The nodes of elements and the polynomials that they decide, of so many.
+    fn over(&self, elements: &BTreeSet<usize>, degree: usize) -> (Patch, usize) {
+        let of = elements.iter().flat_map(|&k| self.elements[k].nodes.iter().copied());
+        let nodes: Vec<usize> = of.collect::<BTreeSet<_>>().into_iter().collect();
+        let places: Vec<Point> = nodes.iter().map(|&n| self.points[n]).collect();
+        let dim = elements.first().map_or(0, |&k| self.elements[k].kind.dim());
+        let all = Polynomials::new((dim, degree as i32), &places);
+        let count = all.exponents.len();
+        let patch =
+            Patch { nodes, polynomials: all.decided(&places), coefficients: DMatrix::zeros(0, 0) };
+        (patch, count)
     }
 }
 
 impl Patch {
-    /// What the samples weigh at a place.
-    fn weights(&self, place: &Point) -> DVector<f64> {
-        self.coefficients.tr_mul(&self.polynomials.at(place))
+    fn exponents(&self) -> usize {
+        self.polynomials.exponents.len()
+    }
+
+    /// With the coefficients of its polynomials, by least squares.
+    fn fitted(mut self, points: &[Point]) -> Patch {
+        let columns: Vec<DVector<f64>> =
+            self.nodes.iter().map(|&n| self.polynomials.at(&points[n])).collect();
+        let rows = DMatrix::from_columns(&columns).transpose();
+        let inverse = rows.pseudo_inverse(0.0);
+        // it refuses negative thresholds alone
+        self.coefficients = inverse.unwrap_or_else(|_| DMatrix::zeros(columns.len(), 0));
+        self
+    }
+}
+
+/// What the patches that reach a node say of it.
+#[derive(Default)]
+struct Sum {
+    weights: BTreeMap<usize, Point>,
+    count: usize,
+}
+
+impl Sum {
+    fn add(&mut self, patch: &Patch, place: &Point) {
+        for axis in 0..3 {
+            let weights = patch.coefficients.tr_mul(&patch.polynomials.slopes(place, axis));
+            for (node, w) in patch.nodes.iter().zip(&weights) {
+                self.weights.entry(*node).or_default()[axis] += w;
+            }
+        }
+        self.count += 1;
+    }
+
+    fn mean(self, node: usize, region: usize) -> AtNode {
+        let share = 1.0 / self.count as f64;
+        let weights = self.weights.into_iter().map(|(n, w)| (n, w.map(|w| share * w))).collect();
+        AtNode { node, region, weights }
     }
 }
 
@@ -314,25 +310,9 @@ pub fn energies(
         let volume = weight * element.determinant(local) * material.measure(radius);
         let own = Stress::at(material, element, local, u);
         let smooth = Stress::sum(values.into_iter().zip(nodal.iter().copied()));
-        let energy = |s: nalgebra::Vector6<f64>| volume * s.dot(&(compliance * s));
+        let energy = |s: Vector6<f64>| volume * s.dot(&(compliance * s));
         all[0] += energy(smooth.vector() - own.vector());
         all[1] += energy(own.vector());
     }
     all
-}
-
-/// What the patches that reach a node say of it.
-#[derive(Default)]
-struct Sum {
-    weights: BTreeMap<Sample, f64>,
-    count: usize,
-}
-
-impl Sum {
-    fn add(&mut self, patch: &Patch, place: &Point) {
-        for (sample, w) in patch.samples.iter().zip(&patch.weights(place)) {
-            *self.weights.entry(*sample).or_default() += w;
-        }
-        self.count += 1;
-    }
 }

@@ -316,18 +316,6 @@ pub fn rule(kind: ElementKind, integrand: Integrand, radial: bool) -> Vec<(Local
     }
 }
 
-/// Where the stress of an element is most accurate: the middle of a linear one, of others the points of the rule that is exact for one order less.
-pub(crate) fn superconvergent(kind: ElementKind) -> Vec<Local> {
-    let gauss2 = GAUSS2.map(|x| (x, 1.0));
-    let points = match (kind.is_quadratic(), kind.family()) {
-        (false, _) => return vec![centre(kind)],
-        (true, Family::Cube) => tensor(kind.dim(), &gauss2),
-        (true, Family::Simplex) => rule(kind, Integrand::Stiffness, false),
-        (true, Family::Prism) => times(&triangle(2), &gauss2),
-    };
-    points.into_iter().map(|p| p.0).collect()
-}
-
 /// A point of a rule, with the shape functions there and their gradients in local coordinates.
 #[derive(Debug)]
 pub(super) struct Tabulated {

@@ -45,7 +45,12 @@ impl Stress {
     /// `Σ w σ`
     pub fn sum(parts: impl IntoIterator<Item = (f64, Stress)>) -> Stress {
         let add = |sum: Vector6<f64>, (w, s): (f64, Stress)| sum + s.vector() * w;
-        let [xx, yy, zz, xy, yz, zx] = parts.into_iter().fold(Vector6::zeros(), add).into();
+        Stress::of_vector(parts.into_iter().fold(Vector6::zeros(), add))
+    }
+
+    /// From its components in the order of [`Stress::vector`].
+    pub fn of_vector(components: Vector6<f64>) -> Stress {
+        let [xx, yy, zz, xy, yz, zx] = components.into();
         Stress { xx, yy, zz, xy, yz, zx }
     }
 

@@ -74,10 +74,14 @@ pub enum HbmError {
     #[error(transparent)]
     Spectrum(#[from] FemError),
     /// A phase's mass matrix is singular on the interface.
-    #[error("the mass of a phase is singular on the contact interface")]
+    #[error(
+        "the mass of a phase is singular on the contact interface: method = \"mass-redistribution\" needs none"
+    )]
     Singular,
     /// The loads have no common period.
-    #[error("harmonic loads of different frequencies ({0} and {1}) have no common period")]
+    #[error(
+        "harmonic loads of different frequencies ({0} and {1}) have no common period: keep loads of one frequency, or integrate (signorini run)"
+    )]
     Frequencies(f64, f64),
     /// A body that is too large for its modes can move rigidly.
     #[error(
@@ -103,7 +107,7 @@ pub enum HbmError {
     )]
     Samples,
     /// More switches than a series of this length can have.
-    #[error("more than {0} switches along one period")]
+    #[error("more than {0} switches along one period: fewer harmonics, or more damping")]
     Switches(usize),
     /// An orbit could not be shot from a solution.
     #[error(transparent)]

@@ -346,6 +346,11 @@ impl ElementKind {
         self.row().dim
     }
 
+    /// Degree of the polynomials that its shape functions hold.
+    pub fn order(self) -> usize {
+        if self.is_quadratic() { 2 } else { 1 }
+    }
+
     /// Second order: nodes besides its corners.
     pub fn is_quadratic(self) -> bool {
         self.basis() != Basis::Linear

@@ -141,7 +141,9 @@ pub enum OrbitError {
     #[error("asked to end")]
     Stopped,
     /// A node was held on the switching surface: the motion is not a chain of phases.
-    #[error("node {node} is held on the switching surface at t = {t:.9}")]
+    #[error(
+        "node {node} is held on the switching surface at t = {t:.9}: no orbit passes there; stress = \"reaction\" has no such states"
+    )]
     Held {
         /// Time.
         t: f64,
@@ -158,7 +160,7 @@ pub enum OrbitError {
     Parameter(&'static str),
     /// The feedback of a viscous orbit is beyond all that could be one.
     #[error(
-        "alpha = {alpha:.3e} is beyond {most:.3e}, three times the frequency of the pinned mode"
+        "alpha = {alpha:.3e} is beyond {most:.3e}, three times the frequency of the pinned mode: start from a smaller amplitude or another mode"
     )]
     Feedback {
         /// `α`

@@ -268,7 +268,10 @@ impl Display for GapReason {
             }
             GapReason::NoContact => write!(f, "a motion without contact"),
             GapReason::Inadmissible { theta } => {
-                write!(f, "the active sets violate the contact conditions at phase {theta:.6}")
+                write!(
+                    f,
+                    "the active sets violate the contact conditions at phase {theta:.6} (more harmonics may do)"
+                )
             }
             GapReason::NoStart => write!(f, "no solution with fewer harmonics to start from"),
             GapReason::NoneNear { defect } => write!(f, "none near: smallest defect {defect:.1e}"),

@@ -9,7 +9,7 @@
 //! | `gap` | points | the distance `g − u_C ≥ 0` to the obstacle along the contact direction, NaN off the contact edge |
 //! | `stress` | cells | `σ = D B u` at the centre: a tensor (in the plane with `σ_zz`), the axial stress of a bar |
 //! | `stress_averaged` | points, not of bars | the mean of what the elements around have at the node, by their volumes: at corners and edges of the body of first order, and across materials a mixture |
-//! | `stress_recovered` | points | recovered from the best points of the elements around ([`crate::fem::recovery`]), as `stress`: of one order more, at the boundary too; where materials meet the mean of theirs |
+//! | `stress_recovered` | points | recovered from the displacements of the nodes around ([`crate::fem::recovery`]), as `stress`: of one order more, at the boundary too; where materials meet the mean of theirs |
 //! | `von_mises_recovered` | points, not of bars | that of `stress_recovered` |
 //! | `von_mises` | cells, not of bars | `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 (σ_xy² + σ_yz² + σ_zx²))` |
 //!
@@ -19,7 +19,7 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::put::ExportError;
-use crate::fem::recovery::{self, Recovered, Recovery};
+use crate::fem::recovery::{self, AtNode, Recovery};
 use crate::fem::stress::{self, AtCentre, Stress};
 use crate::fem::{Material, Shape};
 use crate::mesh::{Element, ElementKind, Point};
@@ -82,7 +82,8 @@ pub struct LargestStress {
 pub(super) struct Fields<'s> {
     pub stored: &'s Stored,
     cells: Vec<Cell>,
-    recovered: OnceCell<Recovered>,
+    materials: Vec<Material>,
+    recovered: OnceCell<Vec<AtNode>>,
 }
 
 /// An element.
@@ -118,7 +119,7 @@ impl<'s> Fields<'s> {
         };
         let cells: Option<Vec<Cell>> = (0..stored.elements.nrows()).map(cell).collect();
         match cells {
-            Some(cells) => Ok(Fields { stored, cells, recovered: OnceCell::new() }),
+            Some(cells) => Ok(Fields { stored, cells, materials, recovered: OnceCell::new() }),
             None => Err(ExportError::damaged(stored, "it is not the one of this mesh")),
         }
     }
@@ -220,7 +221,7 @@ impl<'s> Fields<'s> {
     }
 
     /// How the stress of nodes follows from that of elements.
-    fn recovery(&self) -> &Recovered {
+    fn recovery(&self) -> &[AtNode] {
         self.recovered.get_or_init(|| {
             let cells = self.cells.iter().zip(&self.stored.regions);
             let elements: Vec<Element> = cells
@@ -236,19 +237,21 @@ impl<'s> Fields<'s> {
         cell.nodes.iter().map(|&n| self.stored.displacement(row, n)).collect()
     }
 
-    /// The recovered stress of the nodes in each of the materials around them, in the order of [`Recovered::nodes`].
+    /// The recovered stress of the nodes in each of the materials around them, in the order of [`Fields::recovery`].
     fn recovered_by_region(&self, row: usize) -> Vec<Stress> {
-        self.recovery().of(|element, local| {
-            let c = &self.cells[element];
-            let shape = Shape { kind: c.kind, x: &c.x };
-            Stress::at(&c.material, shape, local, &self.displaced(row, c))
-        })
+        let dim = self.cells.first().map_or(0, |c| c.kind.dim());
+        let displacement = |n: usize| self.stored.displacement(row, n);
+        let stress = |n: &AtNode| {
+            let place = self.stored.place(n.node);
+            n.stress(&self.materials[n.region], (&place, dim), displacement)
+        };
+        self.recovery().iter().map(stress).collect()
     }
 
     /// The recovered stress of the nodes: where materials meet the mean.
     fn recovered(&self, row: usize) -> Vec<Stress> {
         let mut parts = vec![vec![]; self.n_nodes()];
-        let of = self.recovery().nodes.iter().zip(self.recovered_by_region(row));
+        let of = self.recovery().iter().zip(self.recovered_by_region(row));
         of.for_each(|(n, stress)| parts[n.node].push(stress));
         let mean = |parts: Vec<Stress>| {
             let share = 1.0 / parts.len() as f64;
@@ -274,7 +277,7 @@ impl<'s> Fields<'s> {
         let c = &self.cells[element];
         let mean = |k: usize| c.x.iter().map(|x| x[k]).sum::<f64>() / c.x.len() as f64;
         let all = self.recovered_by_region(row);
-        let nodes = || self.recovery().nodes.iter().zip(&all);
+        let nodes = || self.recovery().iter().zip(&all);
         let sizes = nodes().map(|(n, s)| (s.von_mises(), n.node));
         let (recovered, node) = sizes.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let of_node: HashMap<(usize, usize), Stress> =

@@ -109,9 +109,21 @@ fn labelled(lines: impl Iterator<Item = (usize, Vec<String>)>) -> Result<Written
             }
             let direction = match direction.parse::<u8>() {
                 Ok(d @ 0..=6) => d,
-                Ok(7) => return fail("direction 7 is warping, and no displacement"),
-                Ok(8) => return fail("direction 8 is a pressure, and no displacement"),
-                Ok(11..=30) => return fail("a temperature, and no displacement"),
+                Ok(7) => {
+                    return fail(
+                        "direction 7 is warping, and no displacement: write matrices of solid elements",
+                    );
+                }
+                Ok(8) => {
+                    return fail(
+                        "direction 8 is a pressure, and no displacement: write matrices of the solid alone",
+                    );
+                }
+                Ok(11..=30) => {
+                    return fail(
+                        "a temperature, and no displacement: write matrices of the solid alone",
+                    );
+                }
                 _ => return fail("no direction from 1 to 6"),
             };
             let name = DofName { node: node.clone(), direction };
