@@ -602,6 +602,56 @@ fn modes_of_steady_sliding_grow() {
     assert!(said.contains("contact.surface"), "{said}");
 }
 
+/// Square plates on a belt, all nodes slipping: without viscosity the number of unstable modes grows with the mesh, with it there are two (numbers of an independent program, both
+/// variants). A gap that narrows along the edge presses all nodes; which modes there are depends on the states alone.
+#[test]
+fn modes_of_sliding_need_viscosity() {
+    let place = tempfile::tempdir().unwrap();
+    let file = place.path().join("square.toml").display().to_string();
+    let unstable = |n: usize, tangent: &str, beta: f64| {
+        let size = format!("size = [0.7, 0.7]\nelements = [{n}, {n}]");
+        let damping = match beta {
+            0.0 => String::new(),
+            _ => format!("[damping]\nrayleigh = [0.0, {beta}]\n"),
+        };
+        let wall = "[contact]\nedge = 'right'\ngap = '-0.02 - 0.6*y^2'\nfriction = 0.6\nsurface = [0.0, 0.05]\n";
+        let tables = format!("{CLAMPED}{wall}tangent = '{tangent}'\n{damping}[run]\nuntil = 1.0\n");
+        std::fs::write(&file, plate(&size, &tables)).unwrap();
+        let said = json(&["modes", &file, "--sliding"]);
+        assert_eq!(said["active"].as_str(), Some(&*"-".repeat(n + 1)));
+        said["unstable"].as_u64().unwrap()
+    };
+    for (tangent, wanted) in [("massless", [3, 9, 24]), ("inertia", [6, 17, 37])] {
+        assert_eq!([4, 8, 12].map(|n| unstable(n, tangent, 0.0)), wanted, "{tangent}");
+        assert_eq!([4, 8, 12].map(|n| unstable(n, tangent, 0.01)), [2, 2, 2], "{tangent}");
+    }
+}
+
+/// A block that is shaken so little that nothing slips: friction takes nothing, every point is free in where it sticks, and that is said.
+#[test]
+fn a_block_shakes_down() {
+    let tables = "[contact]\nedge = 'bottom'\ngap = 0.0\nfriction = 0.5\ntangent = 'massless'\n[damping]\nrayleigh = [0.3, 0.02]\n\
+                  [[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.0, -0.2]\n[[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.02, 0.0]\nomega = 1.0\n\
+                  [orbit]\nomega = 1.0\n[run]\nuntil = 1.0\n";
+    let place = tempfile::tempdir().unwrap();
+    let [file, out] = ["block.toml", "o.h5"].map(|n| place.path().join(n).display().to_string());
+    std::fs::write(&file, plate("size = [1.0, 0.5]\nelements = [4, 2]", tables)).unwrap();
+    let orbit = json(&["orbit", &file, "-o", &out]);
+    assert_eq!(
+        (orbit["friction_work"].as_f64(), orbit["shakedown"].as_str()),
+        (Some(0.0), Some("within"))
+    );
+    assert_eq!(orbit["family_dimension"].as_u64(), Some(5));
+    let size = |m: &serde_json::Value| m[0].as_f64().unwrap().hypot(m[1].as_f64().unwrap());
+    let sizes: Vec<f64> = orbit["multipliers"].as_array().unwrap().iter().map(size).collect();
+    assert_eq!(sizes.iter().filter(|m| (**m - 1.0).abs() < 1e-10).count(), 5, "{sizes:?}");
+    // shaken ten times as much it slips
+    let more = plate("size = [1.0, 0.5]\nelements = [4, 2]", &tables.replace("[0.02,", "[0.1,"));
+    std::fs::write(&file, more).unwrap();
+    let orbit = json(&["orbit", &file, "-o", &out, "--force"]);
+    assert!(orbit["friction_work"].as_f64().unwrap() > 1e-6 && orbit["shakedown"].is_null());
+}
+
 /// With all modes a reduced body is the whole one, of either kind; with some it is near: displacements along the obstacle are coordinates of it.
 #[test]
 fn a_reduced_body_sticks_and_slips_as_the_whole_one() {

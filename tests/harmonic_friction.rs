@@ -270,6 +270,25 @@ fn series_are_confronted_with_time() {
     }
 }
 
+/// Series of a foreign code, of a Jenkins element that it steps from sample to sample and of a law that it regularises: near orbits of the exact laws, every one of them; those of the
+/// element have the amplitudes of a third program.
+#[test]
+fn foreign_series_with_friction_are_told_from_orbits() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, count, moved, residual) in [("jenkins", 4, 1e-5, 1e-3), ("coulomb", 5, 3e-3, 0.3)] {
+        let [series, scene] = ["csv", "toml"].map(|end| format!("validate/foreign/{name}.{end}"));
+        let checked = folder.path().join(format!("{name}.h5")).display().to_string();
+        let said = json(&["crosscheck", &series, &scene, "-q", "-o", &checked]);
+        let rows = said["points"].as_array().unwrap();
+        assert_eq!(rows.len(), count);
+        for row in rows {
+            assert_eq!(row["verdict"], "orbit", "{row}");
+            assert!(row["moved"].as_f64().unwrap() < moved, "{row}");
+            assert!(row["residual"].as_f64().unwrap() < residual, "{row}");
+        }
+    }
+}
+
 /// Points of a damped nonlinear mode at some amplitudes: frequency, `α`, initial state.
 fn damped_mode(text: &str, n_h: usize, grid: &[f64]) -> Vec<PointRecord> {
     let mode = DampedMode::new(problem(text).system, 0).unwrap();

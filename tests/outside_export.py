@@ -96,8 +96,8 @@ def stress(body, points, cells, u):
 
 
 def slopes(points, cells, u):
-    """Gradients of the displacement at the nodes, [node, axis, component]: those of a quadratic polynomial through the displacements of the nodes around, by least
-    squares; around a node stand the nodes of its elements, and of those next to them where these do not decide the polynomial."""
+    """Gradients of the displacement at the nodes, [node, axis, component]: those of a polynomial, quadratic in each coordinate, through the displacements of the nodes
+    around, by least squares; around a node stand the nodes of its elements, and of those next to them where these do not decide the polynomial."""
     dim = 1 if cells.shape[1] == 2 else 2
     gradients = np.zeros((len(points), dim, u.shape[1]))
     for node, place in enumerate(points):
@@ -105,7 +105,9 @@ def slopes(points, cells, u):
         for _ in range(3):
             x = (points[near] - place)[:, :dim]
             x = x / (scale := np.abs(x).max(axis=0))
-            columns = [np.ones(len(near)), *x.T, *(x.T**2)] + ([x[:, 0] * x[:, 1]] if dim == 2 else [])
+            columns = [np.ones(len(near)), *x.T, *(x.T**2)]
+            if dim == 2:
+                columns += [a * b for a in (x[:, 0], x[:, 0] ** 2) for b in (x[:, 1], x[:, 1] ** 2)]
             rows = np.column_stack(columns)
             if np.linalg.matrix_rank(rows, tol=1e-9) == rows.shape[1]:
                 break

@@ -277,15 +277,23 @@ fn flutter() -> Outcome {
     Ok(checks)
 }
 
+/// Mean velocities along x and y of a body of mass 0.5.
+fn velocities(problem: &Problem, last: &State) -> [f64; 2] {
+    [[1.0, 0.0], [0.0, 1.0]].map(|axis| {
+        let force = problem.system.gravity(&axis);
+        last.v.iter().zip(&force).map(|(v, f)| v * f).sum::<f64>() / 0.5
+    })
+}
+
 /// Free plates thrown against a rough wall.
 fn impacts(effort: Effort) -> Outcome {
     let text = include_str!("plate.toml");
     let mut checks = vec![];
-    for (elements, mu, energy, switches) in [
-        ([4, 8], "0.1", 0.011_271_002_853, 22),
-        ([4, 8], "0.3", 0.011_691_924_914, 36),
-        ([6, 12], "0.3", 0.011_828_382_008, 70),
-        ([3, 6], "3.0", 0.012_252_151_061, 28),
+    for (elements, mu, energy, mean, switches) in [
+        ([4, 8], "0.1", 0.011_271_002_853, [-0.181_433_465_024, 0.062_069_069_182], 22),
+        ([4, 8], "0.3", 0.011_691_924_914, [-0.189_489_530_949, 0.008_415_078_304], 36),
+        ([6, 12], "0.3", 0.011_828_382_008, [-0.189_613_975_015, 0.006_956_396_839], 70),
+        ([3, 6], "3.0", 0.012_252_151_061, [-0.198_606_350_908, -0.013_000_525_054], 28),
     ] {
         if effort.short && elements[0] > 4 {
             continue;
@@ -297,7 +305,12 @@ fn impacts(effort: Effort) -> Outcome {
             let more = format!("integrator = \"{integrator}\"\nrtol = 1e-12\natol = 1e-14");
             let more = if integrator == "modal" { "integrator = \"modal\"" } else { &more };
             let text = text.replace("integrator = \"modal\"", more);
-            let (_, report, _) = integrate(&scene(&text, Some(&elements))?)?;
+            let (problem, report, _) = integrate(&scene(&text, Some(&elements))?)?;
+            let found = velocities(&problem, &report.last);
+            for (axis, (found, wanted)) in ["x", "y"].into_iter().zip(found.into_iter().zip(mean)) {
+                let text = format!("{name}, {integrator}: mean velocity along {axis}");
+                checks.push(Check::near(text, found, wanted, 1e-9));
+            }
             let found = report.energy_end;
             checks.push(Check::near(format!("{name}, {integrator}: energy"), found, energy, off));
             let drift = report.energy_drift_total;

@@ -10,15 +10,16 @@ use std::f64::consts::TAU;
 use signorini::contact::{
     Anchor, Gaps, MassChoice, Rayleigh, Rubs, State, Stress, System, Tangent, boundary,
 };
+use signorini::event::SwitchKind;
 use signorini::families::single::limit_cycle;
 use signorini::fem::{Body, ContactRows, Csr};
 use signorini::flow::{RungeKutta, complex_modes, dop853::DOP853};
-use signorini::orbit::Propagator;
 use signorini::orbit::search::Verdict;
+use signorini::orbit::{Orbit, Propagator};
 use signorini::problem::Problem;
 
 use super::super::{Check, Effort, Outcome, integrate, scene};
-use super::{TIGHT, run_by, shoot, work};
+use super::{TIGHT, run_by, shoot, velocities, work};
 
 /// A scene with displacements of no mass along its obstacle.
 fn massless(text: &str) -> String {
@@ -29,10 +30,31 @@ fn massless(text: &str) -> String {
 fn impacts(effort: Effort) -> Outcome {
     let text = massless(include_str!("plate.toml"));
     let mut checks = vec![];
-    for (elements, mu, energy, mean, switches) in [
-        ([4, 8], "0.1", 0.011_153_072_892, [-0.181_990_211_858, 0.062_138_247_952], 14),
-        ([4, 8], "0.3", 0.011_292_399_297, [-0.188_419_698_948, 0.002_594_175_197], 25),
-        ([6, 12], "0.3", 0.011_472_352_454, [-0.188_987_868_817, 0.004_101_163_770], 51),
+    for (elements, mu, energy, mean, spin, switches) in [
+        (
+            [4, 8],
+            "0.1",
+            0.011_153_072_892,
+            [-0.181_990_211_858, 0.062_138_247_952],
+            -0.020_663_867_241,
+            14,
+        ),
+        (
+            [4, 8],
+            "0.3",
+            0.011_292_399_297,
+            [-0.188_419_698_948, 0.002_594_175_197],
+            -0.055_295_864_427,
+            25,
+        ),
+        (
+            [6, 12],
+            "0.3",
+            0.011_472_352_454,
+            [-0.188_987_868_817, 0.004_101_163_770],
+            -0.058_576_801_396,
+            51,
+        ),
     ] {
         if effort.short && elements[0] > 4 {
             continue;
@@ -58,17 +80,55 @@ fn impacts(effort: Effort) -> Outcome {
                 let text = format!("{name}: mean velocity along {axis}");
                 checks.push(Check::near(text, found, wanted, 1e-9));
             }
+            let found = turning(&problem, &report.last);
+            checks.push(Check::near(format!("{name}: mean angular velocity"), found, spin, 1e-9));
         }
     }
+    checks.extend(slides()?);
     Ok(checks)
 }
 
-/// Mean velocities along x and y of a body of mass 0.5.
-fn velocities(problem: &Problem, last: &State) -> [f64; 2] {
-    [[1.0, 0.0], [0.0, 1.0]].map(|axis| {
-        let force = problem.system.gravity(&axis);
-        last.v.iter().zip(&force).map(|(v, f)| v * f).sum::<f64>() / 0.5
-    })
+/// With little friction all points slip from landing to leaving: `v_y = v_y⁰ − μ(v_x⁰ − v_x)`. With more the lowest one sticks as all land.
+fn slides() -> Outcome {
+    let text = massless(include_str!("plate.toml"));
+    let with = |from: &str, to: &str| -> Result<_, String> {
+        integrate(&scene(&text.replace(from, to), Some(&[4, 8]))?)
+    };
+    let (problem, report, _) = with("friction = 0.3", "friction = 0.02")?;
+    let [x, y] = velocities(&problem, &report.last);
+    let lands =
+        text.replace("friction = 0.3", "friction = 0.1").replace("until = 2.6", "until = 0.1");
+    let (_, landed, _) = integrate(&scene(&lands, Some(&[4, 8]))?)?;
+    let states = f64::from(u8::from(landed.active.to_string() == "S++++++++"));
+    Ok(vec![
+        Check::near(
+            "plate without mass at the wall, gross sliding: velocity along it",
+            y,
+            0.1 - 0.02 * (0.2 - x),
+            2e-7,
+        ),
+        Check::near(
+            "plate without mass at the wall, landed: the lowest point sticks, the others slip upwards",
+            states,
+            1.0,
+            0.0,
+        ),
+    ])
+}
+
+/// Angular momentum over the moment of inertia, about the middle of the undeformed body.
+fn turning(problem: &Problem, last: &State) -> f64 {
+    let body = &problem.system.body;
+    let nodes = body.mesh.nodes();
+    let middle = [0, 1].map(|c| nodes.iter().map(|p| p[c]).sum::<f64>() / nodes.len() as f64);
+    let turn: Vec<f64> = nodes.iter().flat_map(|p| [middle[1] - p[1], p[0] - middle[0]]).collect();
+    let turn = body.dofs.gather(&turn);
+    let momentum = |v: &[f64]| -> f64 {
+        let mut p = vec![0.0; turn.len()];
+        body.mass.mul(v, &mut p);
+        p.iter().zip(&turn).map(|(p, r)| p * r).sum()
+    };
+    momentum(&last.v[..turn.len()]) / momentum(&turn)
 }
 
 /// A plate thrown with viscosity.
@@ -90,18 +150,28 @@ fn viscous() -> Outcome {
 }
 
 /// A clamped plate that is pressed on a belt: growth of steady sliding; what it comes to.
-fn squeal() -> Outcome {
+fn squeal(effort: Effort) -> Outcome {
     let mut checks = vec![];
-    for (mu, growth, period, loss) in [
-        ("0.35", 0.048_928_431_787, 1.106_494_984_155, 0.000_271_773_523),
-        ("0.4", 0.081_006_804_065, 1.110_389_351_095, 0.000_319_637_517),
-    ] {
-        let text = format!(
-            "[body]\nkind = \"plate\"\nsize = [0.5, 1.0]\nelements = [4, 8]\nyoung = 1.0\ndensity = 1.0\npoisson = 0.3\n\
+    let belt = |elements: [usize; 2], mu: &str, more: &str| {
+        format!(
+            "[body]\nkind = \"plate\"\nsize = [0.5, 1.0]\nelements = {elements:?}\nyoung = 1.0\ndensity = 1.0\npoisson = 0.3\n\
              [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n\
              [contact]\nedge = \"right\"\ngap = -0.02\ntangent = \"massless\"\nfriction = {mu}\nsurface = [0.0, 0.02]\n\
-             [damping]\nrayleigh = [0.0, 0.01]\n[run]\nuntil = 1.0\n"
-        );
+             [damping]\nrayleigh = [0.0, 0.01]\n{more}[run]\nuntil = 1.0\n"
+        )
+    };
+    let cycle = |name: &str, problem: Problem| -> Result<Box<Orbit>, String> {
+        let mut body = Propagator::new(problem.system).map_err(|e| e.to_string())?;
+        match limit_cycle(&mut body, &problem.initial, None).map_err(|e| e.to_string())? {
+            Verdict::Orbit(orbit) => Ok(orbit),
+            other => Err(format!("{name}: {other}")),
+        }
+    };
+    for (mu, growth, omega, period, loss, switches) in [
+        ("0.35", 0.048_928_431_787, Some(5.748_304_547), 1.106_494_984_155, 0.000_271_773_523, 9),
+        ("0.4", 0.081_006_804_065, None, 1.110_389_351_095, 0.000_319_637_517, 7),
+    ] {
+        let text = belt([4, 8], mu, "");
         let name = format!("plate on a belt, without mass, μ = {mu}");
         let problem = Problem::new(&scene(&text, None)?, None).map_err(|e| e.to_string())?;
         let system = &problem.system;
@@ -109,11 +179,31 @@ fn squeal() -> Outcome {
         let modes = complex_modes(system, &system.phase(&set)).map_err(|e| e.to_string())?;
         let found = modes.first().map_or(f64::NAN, |m| m.lambda.re);
         checks.push(Check::near(format!("{name}: growth rate"), found, growth, 1e-10));
-        let mut body = Propagator::new(problem.system).map_err(|e| e.to_string())?;
-        let found = limit_cycle(&mut body, &problem.initial, None).map_err(|e| e.to_string())?;
-        let Verdict::Orbit(orbit) = found else { return Err(format!("{name}: {found}")) };
+        if let Some(wanted) = omega {
+            let found = modes.first().map_or(f64::NAN, |m| m.lambda.im.abs());
+            checks.push(Check::near(format!("{name}: its frequency"), found, wanted, 1e-9));
+        }
+        let orbit = cycle(&name, problem)?;
+        let count = orbit.switches.len() as f64;
+        checks.push(Check::near(format!("{name}: switches"), count, f64::from(switches), 0.0));
         checks.push(Check::near(format!("{name}: period"), orbit.period, period, 1e-10));
         checks.push(Check::near(format!("{name}: friction a period"), work(&orbit), loss, 1e-8));
+    }
+    // under refinement; on 4 × 8 there are two cycles, and this start leads to that one
+    for (elements, more, period, loss) in [
+        ([4, 8], "[initial]\nvelocity = [\"0\", \"-0.02*x\"]\n", 1.117_174, 4.28e-4),
+        ([6, 12], "", 1.132_216, 3.58e-4),
+    ] {
+        if effort.short && elements[0] > 4 {
+            continue;
+        }
+        let name =
+            format!("plate {} × {} on a belt, without mass, μ = 0.5", elements[0], elements[1]);
+        let problem = Problem::new(&scene(&belt(elements, "0.5", more), None)?, None);
+        let orbit = cycle(&name, problem.map_err(|e| e.to_string())?)?;
+        // six decimals are given, and three digits
+        checks.push(Check::near(format!("{name}: period"), orbit.period, period, 5e-7));
+        checks.push(Check::near(format!("{name}: friction a period"), work(&orbit), loss, 2e-3));
     }
     Ok(checks)
 }
@@ -183,9 +273,15 @@ fn oscillator(
 /// Orbits by shooting: `4μN(A − μN/k_t)` a period; what was stuck is forgotten where it slips (a multiplier of zero).
 fn orbits(effort: Effort) -> Outcome {
     let mut checks = vec![];
-    for (of, amplitude, lost, largest) in [
-        ((3.0, 0.4, 0.9, 0.8, 0.02), 1.652_663_708_462, 2.430_928_600_205, Some(0.394_610_52)),
-        ((10.0, 0.3, 0.6, 0.7, 0.0), 0.867_849_979_010, 1.005_419_974_812, None),
+    for (of, amplitude, lost, stuck, largest) in [
+        (
+            (3.0, 0.4, 0.9, 0.8, 0.02),
+            1.652_663_708_462,
+            2.430_928_600_205,
+            0.664_688_830_143,
+            Some(0.394_610_52),
+        ),
+        ((10.0, 0.3, 0.6, 0.7, 0.0), 0.867_849_979_010, 1.005_419_974_812, 0.454_595_633_025, None),
     ] {
         let mut body = Propagator::new(oscillator(of)?).map_err(|e| e.to_string())?;
         let start = body.frame(&State { u: vec![0.9, 0.0], v: vec![0.0; 2] });
@@ -195,7 +291,15 @@ fn orbits(effort: Effort) -> Outcome {
         checks.push(Check::near(format!("{name}: friction a period"), found, lost, 1e-11));
         let reach = found / (4.0 * of.1) + of.1 / of.0;
         checks.push(Check::near(format!("{name}: amplitude"), reach, amplitude, 1e-11));
+        // from where it sticks to where it slips, over the period's end
+        let of_kind = |kind: SwitchKind| orbit.switches.iter().find(|s| s.kind == kind);
+        let both = of_kind(SwitchKind::Sticking).zip(of_kind(SwitchKind::Slipping));
+        let lasts = both.map_or(f64::NAN, |(a, b)| (b.t - a.t).rem_euclid(0.5 * orbit.period));
+        checks.push(Check::near(format!("{name}: how long it sticks"), lasts, stuck, 1e-10));
         if let Some(wanted) = largest {
+            let all = orbit.stability.as_ref().map_or(&[][..], |s| &s.multipliers);
+            let least = all.iter().map(|m| m.0.hypot(m.1)).fold(f64::INFINITY, f64::min);
+            checks.push(Check::at_most(format!("{name}: smallest multiplier"), least, 1e-10));
             let found = orbit.stability.as_ref().map_or(f64::NAN, |s| s.largest);
             checks.push(Check::near(format!("{name}: largest multiplier"), found, wanted, 1e-7));
         }
@@ -206,6 +310,7 @@ fn orbits(effort: Effort) -> Outcome {
         ([6, 12], "[0.3, 0.0]", 0.004_261_490_485, None, None),
         ([3, 6], "[0.1, 0.02]", 0.004_317_357_365, Some(0.003_297_995_056), Some(0.494_618_64)),
         ([4, 8], "[0.1, 0.02]", 0.005_521_583_299, Some(0.003_397_484_224), Some(0.456_364_27)),
+        ([6, 12], "[0.1, 0.02]", 0.005_902_753_876, Some(0.003_484_155_794), None),
     ] {
         if effort.short && elements[0] > 3 {
             continue;
@@ -244,6 +349,6 @@ pub fn run(effort: Effort) -> Outcome {
     checks.extend(orbits(effort)?);
     checks.extend(impacts(effort)?);
     checks.extend(viscous()?);
-    checks.extend(squeal()?);
+    checks.extend(squeal(effort)?);
     Ok(checks)
 }

@@ -57,6 +57,7 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
         json["friction_work"] = rubbed.work().into();
         json["belt_work"] = rubbed.belt.into();
         json["family_dimension"] = json!(o.residual_positions());
+        json["shakedown"] = json!(shakedown(o));
         json["drift"] = json!(o.drift);
     }
     if let Some(v) = &o.viscous {
@@ -117,10 +118,27 @@ fn viscous_text(o: &Orbit) -> Vec<(&'static str, String)> {
 /// A body that walks less in a period, over its amplitude, stays where it is.
 const STANDS: f64 = 1e-9;
 
+/// What friction takes in a period, over the energy, where it is rounding.
+const NOTHING: f64 = 1e-10;
+
+/// Whether friction takes nothing although something touches: all points stick throughout (`within`), or some slip for an instant (`limit`).
+fn shakedown(o: &Orbit) -> Option<&'static str> {
+    let rubbed = o.rubbed.as_ref()?;
+    let is_held = o.residual_positions().is_some_and(|k| k > 0);
+    let takes_nothing = rubbed.work().abs() <= NOTHING * o.energy.abs();
+    let word = if o.switches.is_empty() { "within" } else { "limit" };
+    (is_held && takes_nothing).then_some(word)
+}
+
 /// What there is to say of friction.
 fn friction_text(o: &Orbit) -> Option<String> {
     let rubbed = o.rubbed.as_ref()?;
     let mut text = format!("takes {} a period", significant(rubbed.work(), 10));
+    match shakedown(o) {
+        Some("within") => text += ": it has shaken down, all that touches sticks throughout",
+        Some(_) => text += ", no more than rounding: it is at the limit of shaking down",
+        None => {}
+    }
     if rubbed.belt != 0.0 {
         let _ = write!(text, ", the surface that moves gives {}", significant(rubbed.belt, 10));
     }

@@ -201,10 +201,7 @@ impl Shape<'_> {
     pub fn energy_and_relief(&self, material: &Material, u: &[f64]) -> [f64; 2] {
         let dim = self.kind.dim();
         let centre = self.at(shape::centre(self.kind));
-        // ∂ξ_c/∂x, from the gradients of the shape functions: ξ = Σ φ_a ξ_a
-        let corners = shape::places(self.kind);
-        let axis = |c: usize| weighted(corners.iter().map(|l| l[c]), centre.gradients.iter());
-        let axes: Vec<Point> = (0..dim).map(axis).collect();
+        let axes = self.axes();
         let d = material.stiffness();
         let u = nalgebra::DVector::from_column_slice(u);
         let (mut r, mut h) =
@@ -255,6 +252,19 @@ impl Shape<'_> {
             }
         };
         shape::side_rule(self.kind, side).into_iter().map(point).collect()
+    }
+
+    /// `∂x/∂ξ_d` at the middle, along each local coordinate.
+    pub(super) fn edges(&self) -> [Point; 3] {
+        let slopes = shape::gradients(self.kind, shape::centre(self.kind));
+        std::array::from_fn(|d| weighted(slopes.iter().map(|g| g[d]), self.x.iter()))
+    }
+
+    /// `∂ξ_d/∂x` there, from the gradients of the shape functions, `ξ = Σ φ_a ξ_a`; nothing along those that the kind does not have.
+    pub(super) fn axes(&self) -> [Point; 3] {
+        let gradients = self.at(shape::centre(self.kind)).gradients;
+        let corners = shape::places(self.kind);
+        std::array::from_fn(|d| weighted(corners.iter().map(|l| l[d]), gradients.iter()))
     }
 
     pub(crate) fn place(&self, local: Local) -> Point {

@@ -7,8 +7,9 @@
 //! η² = Σ_e ∫ (σ* − σ) : D⁺ (σ* − σ)                                   in an element σ* = Σ_a φ_a σ*_a
 //! ```
 //!
-//! `p_j` are the polynomials of one degree more than the elements have, so that `σ*` is of one order more, at the boundary too. A patch stays in one material and grows
-//! by the elements next to it until its nodes decide all polynomials; what a body that is one element thick does not decide is left out.
+//! `p_j` are the polynomials of one degree more than the elements have, in the local coordinates of one of them, so that `σ*` is of one order more, at the boundary too. A
+//! patch stays in one material and grows by the elements next to it until its nodes decide all polynomials; what a body that is one element thick does not decide is left
+//! out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +19,8 @@ use super::element::{Shape, StrainRows, of_gradients};
 use super::law::Material;
 use super::shape::{self, Integrand};
 use super::stress::Stress;
-use crate::mesh::{Element, Point, bounds};
+use crate::mesh::point::dot;
+use crate::mesh::{Element, Family, Point, bounds};
 
 /// How often a patch grows.
 const LAYERS: usize = 2;
@@ -78,39 +80,49 @@ struct Patch {
     coefficients: DMatrix<f64>,
 }
 
-/// Products of powers of `(x − centre)/size`.
+/// Products of powers of `ξ = A (x − centre)`, the local coordinates of an element over their extent in the patch.
 #[derive(Debug, Clone)]
 struct Polynomials {
     centre: Point,
-    size: Point,
+    axes: [Point; 3],
     exponents: Vec<[i32; 3]>,
 }
 
 impl Polynomials {
-    /// All of a degree; those with many factors before those with high powers.
-    fn new((dim, degree): (usize, i32), around: &[Point]) -> Polynomials {
-        let [low, high] = bounds(around);
-        let half = |c: usize| 0.5 * (high[c] - low[c]);
-        let largest = half(0).max(half(1)).max(half(2)).max(f64::MIN_POSITIVE);
+    /// Those of a degree in the local coordinates of an element: of cubes in each of them, of prisms in those of its triangle and in the third, of simplices in all together.
+    fn new(element: Shape, around: &[Point]) -> Polynomials {
+        let (dim, degree) = (element.kind.dim(), 1 + element.kind.order() as i32);
+        let centre = element.place(shape::centre(element.kind));
+        let mut own = Polynomials { centre, axes: element.axes(), exponents: vec![] };
+        let places: Vec<Point> = around.iter().map(|x| own.local(x)).collect();
+        let [low, high] = bounds(&places);
+        let middle: Point = std::array::from_fn(|c| 0.5 * (low[c] + high[c]));
+        // an axis without extent decides nothing
+        let half = |c: usize| if c < dim { 0.5 * (high[c] - low[c]) } else { 1.0 };
+        let edges = element.edges();
+        own.centre = std::array::from_fn(|c| {
+            centre[c] + (0..dim).map(|d| middle[d] * edges[d][c]).sum::<f64>()
+        });
+        own.axes = std::array::from_fn(|d| own.axes[d].map(|a| a / half(d)));
         let upto = |c: usize| 0..=if c < dim { degree } else { 0 };
-        let mut exponents = vec![];
         for i in upto(0) {
             for j in upto(1) {
-                let of = |k: i32| [i, j, k];
-                exponents.extend(upto(2).map(of).filter(|e| e.iter().sum::<i32>() <= degree));
+                own.exponents.extend(upto(2).map(|k| [i, j, k]));
             }
         }
-        exponents.sort_by_key(|e| (e.iter().sum::<i32>(), *e.iter().max().unwrap_or(&0)));
-        Polynomials {
-            centre: std::array::from_fn(|c| 0.5 * (low[c] + high[c])),
-            // an axis without extent decides nothing
-            size: std::array::from_fn(|c| if half(c) > 1e-9 * largest { half(c) } else { largest }),
-            exponents,
-        }
+        let together = |e: &[i32; 3]| match element.kind.family() {
+            Family::Cube => true,
+            Family::Prism => e[0] + e[1] <= degree,
+            Family::Simplex => e.iter().sum::<i32>() <= degree,
+        };
+        own.exponents.retain(together);
+        own.exponents.sort_by_key(|e| (e.iter().sum::<i32>(), *e.iter().max().unwrap_or(&0)));
+        own
     }
 
     fn local(&self, place: &Point) -> Point {
-        std::array::from_fn(|c| (place[c] - self.centre[c]) / self.size[c])
+        let off: Point = std::array::from_fn(|c| place[c] - self.centre[c]);
+        self.axes.map(|a| dot(&a, &off))
     }
 
     fn at(&self, place: &Point) -> DVector<f64> {
@@ -119,15 +131,17 @@ impl Polynomials {
         DVector::from_iterator(self.exponents.len(), self.exponents.iter().map(of))
     }
 
-    /// Their derivatives along an axis.
+    /// Their derivatives along an axis of space.
     fn slopes(&self, place: &Point, axis: usize) -> DVector<f64> {
         let x = self.local(place);
-        let power = |c: usize, e: i32| match c == axis {
-            true if e == 0 => 0.0,
-            true => f64::from(e) * x[c].powi(e - 1) / self.size[c],
-            false => x[c].powi(e),
+        let along = |e: &[i32; 3], d: usize| -> f64 {
+            let power = |c: usize| match c == d {
+                true => f64::from(e[c]) * x[c].powi(e[c] - 1),
+                false => x[c].powi(e[c]),
+            };
+            if e[d] == 0 { 0.0 } else { self.axes[d][axis] * (0..3).map(power).product::<f64>() }
         };
-        let of = |e: &[i32; 3]| (0..3).map(|c| power(c, e[c])).product();
+        let of = |e: &[i32; 3]| (0..3).map(|d| along(e, d)).sum();
         DVector::from_iterator(self.exponents.len(), self.exponents.iter().map(of))
     }
 
@@ -222,15 +236,14 @@ impl<'m> Recovery<'m> {
     /// The smallest patch of a corner that decides the most polynomials.
     fn patch(&self, corner: usize, region: usize) -> Patch {
         let mut elements: BTreeSet<usize> = self.of_region(corner, region).collect();
-        let degree = 1 + self.elements[self.around[corner][0]].kind.order();
-        let (mut best, wanted) = self.over(&elements, degree);
+        let (mut best, wanted) = self.over(&elements);
         for _ in 0..LAYERS {
             if best.exponents() == wanted {
                 break;
             }
             let nodes = elements.iter().flat_map(|&k| self.elements[k].nodes);
             elements = nodes.flat_map(|&n| self.of_region(n, region)).collect();
-            let (larger, _) = self.over(&elements, degree);
+            let (larger, _) = self.over(&elements);
             if larger.exponents() > best.exponents() {
                 best = larger;
             }
@@ -239,12 +252,15 @@ impl<'m> Recovery<'m> {
     }
 
     /// The nodes of elements and the polynomials that they decide, of so many.
-    fn over(&self, elements: &BTreeSet<usize>, degree: usize) -> (Patch, usize) {
+    fn over(&self, elements: &BTreeSet<usize>) -> (Patch, usize) {
         let of = elements.iter().flat_map(|&k| self.elements[k].nodes.iter().copied());
         let nodes: Vec<usize> = of.collect::<BTreeSet<_>>().into_iter().collect();
-        let places: Vec<Point> = nodes.iter().map(|&n| self.points[n]).collect();
-        let dim = elements.first().map_or(0, |&k| self.elements[k].kind.dim());
-        let all = Polynomials::new((dim, degree as i32), &places);
+        let place = |n: &usize| self.points[*n];
+        let places: Vec<Point> = nodes.iter().map(place).collect();
+        let Element { kind, nodes: first, .. } =
+            self.elements[elements.first().copied().unwrap_or_default()];
+        let x: Vec<Point> = first.iter().map(place).collect();
+        let all = Polynomials::new(Shape { kind, x: &x }, &places);
         let count = all.exponents.len();
         let patch =
             Patch { nodes, polynomials: all.decided(&places), coefficients: DMatrix::zeros(0, 0) };
@@ -257,14 +273,15 @@ impl Patch {
         self.polynomials.exponents.len()
     }
 
-    /// With the coefficients of its polynomials, by least squares.
+    /// With the coefficients of its polynomials, by least squares: `A = Q R`, `R⁻¹ Qᵀ`.
     fn fitted(mut self, points: &[Point]) -> Patch {
         let columns: Vec<DVector<f64>> =
             self.nodes.iter().map(|&n| self.polynomials.at(&points[n])).collect();
-        let rows = DMatrix::from_columns(&columns).transpose();
-        let inverse = rows.pseudo_inverse(0.0);
-        // it refuses negative thresholds alone
-        self.coefficients = inverse.unwrap_or_else(|_| DMatrix::zeros(columns.len(), 0));
+        let factors = DMatrix::from_columns(&columns).transpose().qr();
+        let mut coefficients = factors.q().transpose();
+        // they are independent
+        factors.r().solve_upper_triangular_mut(&mut coefficients);
+        self.coefficients = coefficients;
         self
     }
 }
@@ -315,4 +332,79 @@ pub fn energies(
         all[1] += energy(own.vector());
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::StressState;
+    use super::*;
+    use crate::mesh::{ElementKind, structured};
+
+    fn recovered(
+        (points, elements): (&[Point], &[Element]),
+        u: impl Fn(&Point) -> Point,
+    ) -> Vec<Stress> {
+        let state = StressState::PlaneStress { thickness: 1.0 };
+        let material = Material { young: 2.0, poisson: 0.3, density: 1.0, state };
+        let all = Recovery::new(points, elements).all();
+        assert!(all.iter().map(|n| n.node).eq(0..points.len()));
+        let at = |n: &AtNode| n.stress(&material, (&points[n.node], 2), |k| u(&points[k]));
+        all.iter().map(at).collect()
+    }
+
+    /// `σ_xx` and `σ_xy` of these slopes by Hooke's law.
+    fn hooke([ux, uy]: [f64; 2], [vx, vy]: [f64; 2]) -> [f64; 2] {
+        [2.0 / 0.91 * (ux + 0.3 * vy), 2.0 / 2.6 * (uy + vx)]
+    }
+
+    /// Quadratic displacements have their linear stress at every node of a skewed mesh, corners included, wherever it stands.
+    #[test]
+    fn quadratic_displacements_are_recovered() {
+        let mesh = structured::rectangle(2.0, 1.0, 4, 3);
+        let skewed = |p: &Point| [100.0 + p[0] + 0.3 * p[1], 0.1 * p[0] + p[1] - 7.0, 0.0];
+        let points: Vec<Point> = mesh.nodes().iter().map(skewed).collect();
+        let elements: Vec<Element> = mesh.elements().collect();
+        let off = |p: &Point| [p[0] - 100.0, p[1] + 7.0];
+        let found = recovered((&points, &elements), |p| {
+            let [x, y] = off(p);
+            [0.3 * x * x - x * y + 0.2 * y, 0.5 * y * y + 0.1 * x * y - 0.4 * x, 0.0]
+        });
+        for (p, s) in points.iter().zip(&found) {
+            let [x, y] = off(p);
+            let [xx, xy] = hooke([0.6 * x - y, 0.2 - x], [0.1 * y - 0.4, y + 0.1 * x]);
+            assert!((s.xx - xx).abs() < 1e-11 && (s.xy - xy).abs() < 1e-11, "{p:?} {s:?}");
+        }
+    }
+
+    /// One element thick a beam bends as its displacements say: `u = −xy` has `σ_xx = −E′y` at its faces. A single element has what its shape functions say.
+    #[test]
+    fn what_is_not_decided_is_left_out() {
+        for mesh in [structured::rectangle(3.0, 0.5, 6, 1), structured::rectangle(1.0, 0.5, 1, 1)] {
+            let elements: Vec<Element> = mesh.elements().collect();
+            let found = recovered((mesh.nodes(), &elements), |p| [-p[0] * p[1], 0.0, 0.0]);
+            for (p, s) in mesh.nodes().iter().zip(&found) {
+                let [xx, xy] = hooke([-p[1], -p[0]], [0.0, 0.0]);
+                assert!((s.xx - xx).abs() < 1e-12 && (s.xy - xy).abs() < 1e-12, "{p:?} {s:?}");
+            }
+        }
+    }
+
+    /// Materials do not mix: each side of an interface has its own slopes.
+    #[test]
+    fn patches_stay_in_one_material() {
+        let mesh = structured::rectangle(2.0, 1.0, 4, 2);
+        let of = |e: Element<'_>| usize::from(mesh.nodes()[e.nodes[0]][0] > 0.99);
+        let all: Vec<Element> = mesh.elements().collect();
+        let elements: Vec<Element> = all.iter().map(|e| Element { region: of(*e), ..*e }).collect();
+        let nodes = Recovery::new(mesh.nodes(), &elements).all();
+        let u = |p: &Point| if p[0] > 1.0 { 1.0 + 3.0 * (p[0] - 1.0) } else { p[0] };
+        for n in &nodes {
+            let slope: f64 = n.weights.iter().map(|(k, w)| w[0] * u(&mesh.nodes()[*k])).sum();
+            assert!((slope - [1.0, 3.0][n.region]).abs() < 1e-12, "{n:?}");
+        }
+        assert_eq!(nodes.len(), mesh.n_nodes() + 3);
+        let one = Recovery::new(mesh.nodes(), &elements).at(7, 1);
+        assert!(nodes.contains(&one) || one.region == 1);
+        assert_eq!(elements[0].kind, ElementKind::Quad4);
+    }
 }
