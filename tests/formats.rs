@@ -290,6 +290,96 @@ fn names_stand_for_rows() {
     }
 }
 
+/// Supports hold rows by the numbers of their nodes, or a set of the deck: the same as matrices without these rows, in frequencies and in a motion whose contact is named.
+#[test]
+fn supports_hold_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let files = [sample("block.sti"), sample("block.mas")];
+    let files = [files[0].as_str(), files[1].as_str()];
+    let names = std::fs::read_to_string(sample("block.dof")).unwrap();
+    let names: Vec<&str> = names.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
+    let deck = format!("deck = '{}'\n", sample("block.inp"));
+    let tip: Vec<String> = (101..=109).map(|n| format!("{n}.2")).collect();
+    let rest = |contact: &str| {
+        format!(
+            "[contact]\ndisplacements = ['145.1']\ngap = 1e-4\nstress = 'reaction'\n[[load]]\nkind = 'force'\ndisplacement = {contact}\namplitude = 2e4\nomega = 6e4\n[run]\nuntil = 4e-4\n"
+        )
+    };
+    for (supports, held) in [
+        ("[[support]]\nnodes = 'TIP'\nfix = ['y']\n", tip),
+        (
+            "[[support]]\nnodes = [109, 107]\nfix = ['x', 'z']\n[[support]]\nnodes = [101]\nfix = ['y']\n",
+            ["109.1", "109.3", "107.1", "107.3", "101.2"].map(String::from).to_vec(),
+        ),
+    ] {
+        let kept: Vec<usize> =
+            (0..names.len()).filter(|k| !held.iter().any(|h| h == names[*k])).collect();
+        assert_eq!(kept.len(), names.len() - held.len());
+        for (name, out) in [("block.sti", "K.mtx"), ("block.mas", "M.mtx")] {
+            let a = read(name).matrix;
+            let place = |i: usize| kept.iter().position(|k| *k == i);
+            let entries: Vec<_> =
+                a.triplets().filter_map(|(i, j, v)| Some((place(i)?, place(j)?, v))).collect();
+            let (n, count) = (kept.len(), entries.len());
+            let mut text =
+                format!("%%MatrixMarket matrix coordinate real general\n{n} {n} {count}\n");
+            entries.iter().for_each(|(i, j, v)| {
+                let _ = writeln!(text, "{} {} {v:e}", i + 1, j + 1);
+            });
+            written(folder.path(), out, &text);
+        }
+        let row = |name: &str| kept.iter().position(|k| names[*k] == name).unwrap();
+        let own = scene(folder.path(), "own", files, &(deck.clone() + supports + &rest("'105.3'")));
+        let hand = rest(&row("105.3").to_string()).replace("'145.1'", &row("145.1").to_string());
+        let hand = scene(folder.path(), "hand", ["K.mtx", "M.mtx"], &hand);
+        let [a, b] = [&own, &hand].map(|s| json(&["modes", s, "--count", "6"]));
+        assert_eq!(a["n_o"], b["n_o"]);
+        for (a, b) in a["open"]["omega"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .zip(b["open"]["omega"].as_array().unwrap())
+        {
+            assert!(close(a.as_f64().unwrap(), b.as_f64().unwrap(), 1e-11), "{a} {b}");
+        }
+        let [a, b] = [(&own, "a.h5"), (&hand, "b.h5")]
+            .map(|(s, o)| json(&["run", s, "-o", &at(o), "--force"]));
+        let times = |said: &Value| -> Vec<f64> {
+            said["switches"].as_array().unwrap().iter().map(|s| s["t"].as_f64().unwrap()).collect()
+        };
+        let (a, b) = (times(&a), times(&b));
+        assert!(a.len() == b.len() && a.len() > 1, "{} {}", a.len(), b.len());
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * 4e-4), "{a:?} {b:?}");
+    }
+    for (supports, words) in [
+        ("[[support]]\nnodes = [1019]\nfix = ['x']\n", "no row is called \"1019.1\""),
+        ("[[support]]\nnodes = 'TOP'\nfix = ['x']\n", "there is no set \"TOP\""),
+        ("[[support]]\nedge = 'left'\nfix = ['x']\n", "has no edges"),
+        ("[[support]]\nnodes = [109]\nfix = ['normal']\n", "displacements along axes"),
+        (
+            "[[support]]\nnodes = 'TIP'\nfix = ['x']\n[contact]\ndisplacements = ['105.1']\ngap = 1.0\n",
+            "no row is called \"105.1\"",
+        ),
+    ] {
+        let bad = scene(folder.path(), "bad", files, &(deck.clone() + supports));
+        let output = run(&["modes", &bad]);
+        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(output.status.code() == Some(2) && said.contains(words), "{words}: {said}");
+    }
+    // rows without names cannot be held
+    let nameless = scene(
+        folder.path(),
+        "nameless",
+        ["K.mtx", "M.mtx"],
+        "[[support]]\nnodes = [3]\nfix = ['x']\n",
+    );
+    let output = run(&["modes", &nameless]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("support"), "{said}");
+}
+
 /// Rows without mass follow statically: the same motion as of matrices that are condensed by hand.
 #[test]
 fn what_has_no_mass_follows() {

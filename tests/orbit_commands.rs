@@ -56,6 +56,19 @@ fn an_orbit_has_its_keys_and_starts_the_next() {
     assert!((orbit["energy"].as_f64().unwrap() - 1.04367).abs() < 1e-5);
     assert_eq!(orbit["switches"].as_array().unwrap().len(), 8);
     assert!(orbit["residual"].as_f64().unwrap() < 1e-11);
+    // what an engineer asks of it is that of its file
+    let stored: ndarray::Array2<f64> = crate::common::hdf5_files()
+        .open(&file)
+        .unwrap()
+        .dataset("forces/contact/force")
+        .unwrap()
+        .read_2d()
+        .unwrap();
+    let most = stored.rows().into_iter().map(|f| f.dot(&f).sqrt()).fold(0.0, f64::max);
+    let told = &orbit["forces"][0];
+    assert_eq!(told["kind"], "contact");
+    assert!((told["maximum"].as_f64().unwrap() / most - 1.0).abs() < 1e-12);
+    assert!(orbit["largest_pressure"]["largest"].as_f64().unwrap() > 0.0);
     // the file is a run over one period, and an initial state
     assert!(signorini::store::read_stored_orbit(&file).unwrap().is_some());
     let text = std::fs::read_to_string(root().join(SCENE)).unwrap();

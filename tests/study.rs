@@ -185,6 +185,27 @@ fn a_study_gives_the_same_data_however_it_is_carried_out() {
     }
 }
 
+/// A study of friction, coefficient by variant: energies of an independent program.
+#[test]
+fn friction_is_varied_as_any_number_is() {
+    let study = "scene = \"rough-wall.toml\"\ncommand = \"run\"\n[vary]\n\
+                 \"contact.friction\" = [0.1, 0.3]\n\"contact.tangent\" = [\"inertia\", \"massless\"]\n";
+    let place = Place::new(study, 1.0);
+    std::fs::copy(root().join("scenarios/rough-wall.toml"), place.path("rough-wall.toml")).unwrap();
+    place.done(&["study", "run", "s.toml"]);
+    place.collected();
+    let table = std::fs::read_to_string(place.path("s.csv")).unwrap();
+    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = rows.next().unwrap();
+    let energy = head.iter().position(|name| *name == "energy_end").unwrap();
+    let found: Vec<f64> = rows.map(|row| row[energy].parse().unwrap()).collect();
+    let wanted = [0.011_271_002_853, 0.011_153_072_892, 0.011_691_924_914, 0.011_292_399_297];
+    assert_eq!(found.len(), wanted.len());
+    for (found, wanted) in found.iter().zip(wanted) {
+        assert!((found / wanted - 1.0).abs() < 1e-9, "{found} {wanted}");
+    }
+}
+
 /// Failures are kept with their messages, the others are whole; more values find again what is done.
 #[test]
 fn failures_are_kept_and_studies_grow() {

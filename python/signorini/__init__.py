@@ -10,7 +10,7 @@ have the names of the JSON keys of the command line, arrays as NumPy arrays; ``o
 are values; bad input is a ``SceneError`` with file, line and key. Units are those of the scene.
 """
 
-from ._commands import backbone, bands, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, phase_resonance, response, run, tori
+from ._commands import backbone, bands, basins, compare, crosscheck, curve, diagram, modes, orbit, orbits, phase_resonance, response, run, tori, trust
 from ._errors import FileError, NumericsError, SceneError, SignoriniError
 from ._files import Group
 from ._mesh import Mesh
@@ -24,6 +24,7 @@ from ._results import (
     Curves,
     Diagram,
     Family,
+    Figure,
     Modes,
     Orbit,
     OrbitFound,
@@ -32,6 +33,7 @@ from ._results import (
     Result,
     Run,
     Tori,
+    Trust,
     Verdict,
     open,
 )
@@ -50,6 +52,7 @@ __all__ = [
     "Diagram",
     "Failure",
     "Family",
+    "Figure",
     "FileError",
     "Group",
     "Mesh",
@@ -66,6 +69,7 @@ __all__ = [
     "SignoriniError",
     "Sweep",
     "Tori",
+    "Trust",
     "Verdict",
     "__version__",
     "backbone",
@@ -84,4 +88,5 @@ __all__ = [
     "run",
     "sweep",
     "tori",
+    "trust",
 ]

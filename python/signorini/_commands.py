@@ -19,7 +19,7 @@ from . import _signorini
 from ._errors import SceneError
 from ._files import Store, scratch
 from ._progress import Progress, Shown
-from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, PhaseResonance, Result, Run, Tori, Verdict, load
+from ._results import Bands, Basins, Comparison, Crosscheck, Curves, Diagram, Family, Modes, Orbit, OrbitFound, PhaseResonance, Result, Run, Tori, Trust, Verdict, load
 from ._results import open as open_results
 from ._scene import Scene, ScenePath, as_scene
 
@@ -195,6 +195,17 @@ def modes(scene: AnyScene, count: int = 8) -> Modes:
     scene = as_scene(scene)
     said, _ = _call("modes", scene, [fspath(scene.file)], {"count": count}, False)
     return Modes(said)
+
+
+def trust(scene: AnyScene, *, orbit: bool = False, omega: float | None = None, progress: Progress = None) -> Trust:
+    """The same scene on a finer mesh, or with elements of second order, and with the other discretisation of the contact: what moves, and by how much.
+
+    Args:
+        orbit: also the periodic motion at the frequency of the scene's [orbit], or of its loads; ``omega``: at this one.
+    """
+    scene = as_scene(scene)
+    said, _ = _call("trust", scene, [fspath(scene.file)], {"orbit": orbit, "omega": omega}, progress)
+    return Trust(said)
 
 
 def orbit(

@@ -1191,6 +1191,43 @@ class Modes:
         return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"
 
 
+class Figure:
+    """A number that an answer hangs on: its ``kind`` ("frequency", "force", "displacement", ...), its ``name``, its ``value`` on the body of the scene, the values on the bodies
+    ``beside`` it and how far it is from them (``relative``), both [bodies], not a number where one has none."""
+
+    def __init__(self, said: dict[str, Any]):
+        self.kind: str = said["kind"]
+        self.name: str = said["name"]
+        self.value: float = said["value"]
+        self.beside: np.ndarray = np.array(said["beside"], dtype=float)
+        self.relative: np.ndarray = np.array(said["relative"], dtype=float)
+
+    def __repr__(self) -> str:
+        return f"<{self.kind} {self.name}: {self.value:.6g}, relative {self.relative}>"
+
+
+class Trust:
+    """How far a mesh may be trusted: ``figures`` on the body of the scene and on those ``beside`` it (dicts: what was replaced, in words, displacements), ``warnings``, and
+    ``words`` to quote."""
+
+    def __init__(self, said: dict[str, Any]):
+        self.mesh: str = said["mesh"]
+        self.n_dof: int = said["n_dof"]
+        self.beside: list[dict[str, Any]] = said["beside"]
+        self.figures = [Figure(f) for f in said["figures"]]
+        self.warnings: list[str] = said["warnings"]
+        self.words: list[str] = said["words"]
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The figures, a row each, with a column of relative distances for each body beside."""
+        from . import _tables
+
+        return _tables.pandas_of(self)
+
+    def __repr__(self) -> str:
+        return f"<Trust in {self.mesh}: " + "; ".join(self.words) + ">"
+
+
 AnyResult = Union[Run, Orbit, Family, Crosscheck, Bands, Tori, Curves, Diagram, PhaseResonance, Basins, Comparison]
 
 

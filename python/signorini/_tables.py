@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._results import Basins, Curves, Modes, Result, Run
+from ._results import Basins, Curves, Modes, Result, Run, Trust
 
 if TYPE_CHECKING:
     import pandas
@@ -20,7 +20,7 @@ def needs(name: str, what: str) -> ImportError:
     return ImportError(f'{what} needs {name}: pip install "signorini[tables]"')
 
 
-def pandas_of(result: Result | Modes) -> pandas.DataFrame:
+def pandas_of(result: Result | Modes | Trust) -> pandas.DataFrame:
     """The rows of a result: stored states of a run, by time; points of a family, a diagram, a test, a comparison; cells of basins; points of curves."""
     try:
         import pandas
@@ -29,6 +29,10 @@ def pandas_of(result: Result | Modes) -> pandas.DataFrame:
     if isinstance(result, Modes):
         phases = [("open", result.open), ("closed", result.closed), ("rest", result.rest)]
         return pandas.DataFrame({name: pandas.Series(of.omega) for name, of in phases if of is not None})
+    if isinstance(result, Trust):
+        columns = {"kind": [f.kind for f in result.figures], "name": [f.name for f in result.figures], "value": [f.value for f in result.figures]}
+        relative = {body["replaced"]: [f.relative[k] for f in result.figures] for k, body in enumerate(result.beside)}
+        return pandas.DataFrame({**columns, **relative})
     if isinstance(result, Run):
         return pandas.DataFrame(_of_run(result), index=pandas.Index(result.t, name="t"))
     if isinstance(result, Basins):

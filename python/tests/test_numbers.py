@@ -251,6 +251,16 @@ def test_exponents_of_a_run():
     assert sg.run("scenarios/oscillator.toml").lyapunov is None
 
 
+def test_trust():
+    t = sg.trust("scenarios/plate-half.toml")
+    raised = [k for k, body in enumerate(t.beside) if body["replaced"] in ("raised", "halved")][0]
+    first = next(f for f in t.figures if f.kind == "frequency")
+    assert first.relative[raised] == first.value / first.beside[raised] - 1.0 > 0.0
+    assert t.words and t.n_dof < t.beside[raised]["n_dof"] and "plate" in repr(t)
+    table = t.to_pandas()
+    assert list(table["name"]) == [f.name for f in t.figures] and "other-contact" in table
+
+
 def test_modes():
     m = sg.modes("scenarios/half-plate-orbit.toml", 3)
     assert m.open.omega.shape == (3,) and m.open.shapes.shape == (3, m.n_o)

@@ -127,7 +127,7 @@ impl Task for Arguments {
                 "{file} holds no orbits: give a family by shooting"
             )));
         }
-        let problem = load::of_scene(scene)?;
+        let problem = load::warned(scene, work.global)?;
         bands::check(scene, &family, &deviations)?;
         let fingerprint = fingerprint(scene, &problem) ^ bands::fingerprint(&family);
         let asked = Bands { deviations, rows: vec![] };

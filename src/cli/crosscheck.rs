@@ -125,7 +125,7 @@ impl Task for Arguments {
 
     fn plan(&self, work: &mut Work) -> Result<Request, CliError> {
         let scene = &work.scene;
-        let problem = load::of_scene(scene)?;
+        let problem = load::warned(scene, work.global)?;
         let series = read(self, &problem.system)?;
         let own = StoredFamily::read(&self.backbone).ok().filter(|f| !f.scene.is_empty());
         let known = own.as_ref().and_then(|f| f.identity.method.viscosity());

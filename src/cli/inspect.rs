@@ -250,11 +250,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
                 line(
                     "",
                     format!(
-                        "then at nodes {}, recovered from patches, at ({node}); error of the stress of the elements about {} % (Zienkiewicz and Zhu, in energy)",
-                        significant(most.recovered, 5),
-                        significant(100.0 * most.error, 2)
+                        "at this time at nodes {}, recovered, at ({node})",
+                        significant(most.recovered, 5)
                     ),
                 );
+                let error = significant(100.0 * most.error, 2);
+                let text = "error of the stress of the elements about";
+                line("", format!("{text} {error} % (Zienkiewicz and Zhu, in energy)"));
             }
             line("scene", format!("{} lines (print it with --scene)", s.scene.lines().count()));
             out

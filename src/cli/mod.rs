@@ -41,6 +41,7 @@ mod resources;
 mod response;
 mod run;
 mod schema;
+mod seen;
 mod study;
 mod task;
 mod tori;

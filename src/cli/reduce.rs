@@ -45,7 +45,7 @@ const MOST: usize = 6000;
 /// Write the matrices of a scene.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let scene = global.scene(&arguments.scene)?;
-    let problem = load::of_scene(&scene)?;
+    let problem = load::warned(&scene, global)?;
     let system = &problem.system;
     let n = system.n_displacements();
     if system.remembers() {

@@ -20,6 +20,7 @@ use signorini::store::{Background, Kept, StoreError, Stored, Writer};
 
 use super::caller::Caller;
 use super::progress::Bar;
+use super::seen::seen;
 use super::task::{Files, Task, Work};
 use super::{Answer, CliError, Global, load, lyapunov, resources};
 
@@ -263,15 +264,9 @@ fn integrate(
     let mut found = Ok(None);
     // an interrupted run is not over
     if status != Status::Interrupted {
-        object["forces"] = serde_json::to_value(writer.forces()?).unwrap_or_default();
-        // impulses of a step are no pressures
-        let marches = problem.system.impact().is_some_and(|law| law.march.is_some());
-        let facing = problem.system.facing().len();
-        let pressure = if marches { None } else { writer.largest_pressure(facing)? };
-        if let Some(pressure) = pressure {
-            object["largest_pressure"] = serde_json::to_value(pressure).unwrap_or_default();
+        for (name, value) in seen(&mut writer, &problem.system)? {
+            object[name] = value;
         }
-        object["probes"] = serde_json::to_value(writer.probes()?).unwrap_or_default();
         let excursions = writer.excursions()?;
         if let Some(warnings) = object["warnings"].as_array_mut() {
             warnings.extend(summary::too_far(&excursions).into_iter().map(Value::from));

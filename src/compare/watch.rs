@@ -12,10 +12,12 @@ pub(super) struct Watch<'a> {
     system: &'a System,
     resultants: Resultants,
     /// What of the last state is still needed: its time and forces.
-    before: Option<(f64, Vec<f64>)>,
+    before: Option<(f64, [Vec<f64>; 2])>,
     forces: Vec<f64>,
     impulses: Vec<f64>,
-    supports: Vec<f64>,
+    /// Of supports, and their impulses.
+    supports: [Vec<f64>; 2],
+    springs: Vec<f64>,
     displacement: f64,
     energy: f64,
     probes: Vec<Vec<f64>>,
@@ -38,7 +40,11 @@ impl<'a> Watch<'a> {
             before: None,
             forces: vec![0.0; groups],
             impulses: vec![0.0; groups * dim],
-            supports: vec![0.0; system.bearings.supports.len()],
+            supports: {
+                let count = system.bearings.supports.len();
+                [vec![0.0; count], vec![0.0; count * system.bearings.dim.max(1)]]
+            },
+            springs: vec![0.0; system.bearings.springs.len()],
             displacement: 0.0,
             energy: 0.0,
             probes: quantities.map(|(p, q)| vec![0.0; p.components(*q).len()]).collect(),
@@ -57,8 +63,16 @@ impl<'a> Watch<'a> {
             all.push(("force", format!("contact \"{group}\""), force));
             all.push(("impulse", format!("contact \"{group}\""), impulse));
         }
-        for (group, force) in self.system.bearings.supports.iter().zip(self.supports) {
+        let [forces, impulses] = self.supports;
+        let impulses = impulses.chunks_exact(self.system.bearings.dim.max(1)).map(size);
+        for ((group, force), impulse) in
+            self.system.bearings.supports.iter().zip(forces).zip(impulses)
+        {
             all.push(("force", format!("support \"{group}\""), force));
+            all.push(("impulse", format!("support \"{group}\""), impulse));
+        }
+        for (name, force) in self.system.bearings.springs.iter().zip(self.springs) {
+            all.push(("force", format!("spring \"{name}\""), force));
         }
         if self.system.n_contact() > 0 {
             all.push(("displacement", "at the contact".into(), self.displacement));
@@ -88,20 +102,26 @@ impl Observer for Watch<'_> {
         for (most, own) in self.forces.iter_mut().zip(force.chunks_exact(dim)) {
             *most = most.max(size(own));
         }
-        if let Some((t, before)) = &self.before {
-            let half = 0.5 * (s.t - t);
-            let sums = self.impulses.iter_mut().zip(before.iter().zip(&force));
-            sums.for_each(|(sum, (a, b))| *sum += half * (a + b));
-        }
-        self.before = Some((s.t, force));
         let loads = (self.system.loads.as_ref(), s.t);
         let [u, v, a] = s.at_rest(loads.0);
         let borne = self.system.bearings.of(&self.system.body, loads, [&u, &v, &a]);
-        for (most, own) in self.supports.iter_mut().zip(borne.supports.chunks_exact(dim)) {
-            // what nobody knows stays unknown
-            let own = size(own);
-            *most = if own.is_nan() { own } else { most.max(own) };
+        // what nobody knows stays unknown
+        let largest =
+            |most: &mut f64, own: f64| *most = if own.is_nan() { own } else { most.max(own) };
+        let sizes = borne.supports.chunks_exact(dim).map(size);
+        self.supports[0].iter_mut().zip(sizes).for_each(|(most, own)| largest(most, own));
+        let pulls = self.springs.iter_mut().zip(&borne.springs);
+        pulls.for_each(|(most, own)| largest(most, own.abs()));
+        let now = [force, borne.supports];
+        if let Some((t, before)) = &self.before {
+            let half = 0.5 * (s.t - t);
+            let sums = [&mut self.impulses, &mut self.supports[1]];
+            for ((sum, before), now) in sums.into_iter().zip(before).zip(&now) {
+                let both = sum.iter_mut().zip(before.iter().zip(now));
+                both.for_each(|(sum, (a, b))| *sum += half * (a + b));
+            }
         }
+        self.before = Some((s.t, now));
         let normal = self.system.along_normals(&u);
         self.displacement = normal.iter().fold(self.displacement, |m, u| m.max(u.abs()));
         if let Some(e) = s.energies {

@@ -194,29 +194,30 @@ pub(super) fn square(scene: &Scene, key: &str, name: Option<&String>) -> Result<
     let help = "give a matrix of the same body";
     let written = read_written(folder(scene), file).map_err(|e| fault(scene, key, e, help))?;
     let n = names.len();
-    let matrix = match written.names.is_empty() {
-        true if written.matrix.n_rows() == n => written.matrix,
-        true => {
+    let of_file = &scene.rows.of_file;
+    let own = if written.names.is_empty() { of_file } else { &written.names };
+    let matrix = match own.len() == written.matrix.n_rows() {
+        true if own == names => written.matrix,
+        false => {
             let rows = written.matrix.n_rows();
-            let why = match rows == 2 * n {
+            let why = match rows == 2 * own.len() {
                 true => ": cyclic symmetry of CalculiX is stored as a real pair, which is not read",
                 false => "",
             };
-            let message = format!("{file} has {rows} rows, and there are {n} names{why}");
+            let message = format!("{file} has {rows} rows, and there are {} names{why}", own.len());
             return Err(fault(scene, key, message, "give the names of these matrices"));
         }
-        false => {
+        true => {
             let place: HashMap<&DofName, usize> =
                 names.iter().enumerate().map(|(k, name)| (name, k)).collect();
             let is_held = |name: &DofName| scene.rows.held.contains(name);
-            let strange =
-                written.names.iter().find(|name| !place.contains_key(name) && !is_held(name));
+            let strange = own.iter().find(|name| !place.contains_key(name) && !is_held(name));
             if let Some(name) = strange {
                 let message = format!("{file} has a row {name}, which the stiffness has not");
                 return Err(fault(scene, key, message, help));
             }
             // what is held is no row, though it may have a mass
-            let at = |k: usize| place.get(&written.names[k]).copied();
+            let at = |k: usize| place.get(&own[k]).copied();
             let entries = written.matrix.triplets();
             let entries = entries.filter_map(|(i, j, v)| Some((at(i)?, at(j)?, v))).collect();
             Csr::from_triplets(n, n, entries)

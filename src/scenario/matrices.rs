@@ -64,13 +64,6 @@ impl Scene {
 
     /// Tables that need a mesh.
     fn check_no_mesh(&self) -> Check {
-        if !self.supports.is_empty() {
-            return Err(Issue::new(
-                "support",
-                "has no edges here",
-                "leave prescribed displacements out of the matrices",
-            ));
-        }
         let needs_mesh = |l: &Load| !matches!(l.kind, LoadKind::Mode | LoadKind::Force);
         if let Some(i) = self.loads.iter().position(needs_mesh) {
             let message = "needs a mesh, and this body comes from files";

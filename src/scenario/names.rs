@@ -2,12 +2,13 @@
 //!
 //! Names stand where rows may stand. Before a scene is read they are replaced by their numbers, as wide as they were: what a message says of a place in the file stays true.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use toml::de::{DeTable, DeValue};
 
+use super::nodes::{AXES, in_set, places_of};
 use super::{FileName, Issue, Superelement};
 use crate::fem::formats::{
     DofName, may_have_names, parse_dof_names, parse_mapping, parse_name, read_matrix,
@@ -34,7 +35,9 @@ impl JsonSchema for Row {
 pub struct RowNames {
     /// Their names in their order; none where nobody says.
     pub names: Vec<DofName>,
-    /// Displacements that the program holds, and that its mass may have all the same.
+    /// Names of the rows of the file of the stiffness, those that the scene holds among them.
+    pub of_file: Vec<DofName>,
+    /// Displacements that the program holds, and that its mass may have all the same; and those that supports of the scene hold. They are no rows.
     pub held: Vec<DofName>,
     /// Rows that count the other way: contact displacements whose names have a minus.
     pub flipped: Vec<usize>,
@@ -123,15 +126,22 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
         return Ok(same());
     };
     let folder = path.parent().unwrap_or(Path::new(""));
-    let (names, held) =
+    let (names, mut held) =
         names_of(folder, &file).map_or_else(|why| (Err(why), vec![]), |n| (Ok(n.0), n.1));
+    let of_file = names.clone().unwrap_or_default();
+    let own = supported(root.get_ref(), &of_file, (folder, word("deck").as_deref()))?;
+    let names = names.map(|mut names| {
+        names.retain(|name| !own.contains(name));
+        names
+    });
+    held.extend(own);
     let known: HashMap<String, usize> = match &names {
         Ok(names) => names.iter().enumerate().map(|(k, name)| (name.to_string(), k)).collect(),
         Err(_) => HashMap::new(),
     };
     let known_names = names.clone().unwrap_or_default();
     let unnamed = names.as_ref().err().cloned();
-    let mut found = RowNames { names: known_names, held, unnamed, ..RowNames::default() };
+    let mut found = RowNames { names: known_names, of_file, held, unnamed, ..RowNames::default() };
     let mut out = text.to_owned();
     let mut placed: Vec<(std::ops::Range<usize>, String)> = vec![];
     for (table, key) in ROWS {
@@ -168,6 +178,58 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
         out.replace_range(span, &format!("{number:width$}"));
     }
     Ok((out, found))
+}
+
+/// The rows that supports hold: those of nodes by their numbers, or of a set of the deck, along axes. What its program holds already is no row.
+fn supported(
+    root: &DeTable,
+    names: &[DofName],
+    (folder, deck): (&Path, Option<&str>),
+) -> Result<HashSet<DofName>, Issue> {
+    let mut held = HashSet::new();
+    let Some(DeValue::Array(tables)) = root.get("support").map(|t| t.get_ref()) else {
+        return Ok(held);
+    };
+    let known: HashSet<&DofName> = names.iter().collect();
+    for (k, table) in tables.iter().enumerate() {
+        let DeValue::Table(own) = table.get_ref() else { continue };
+        let key = || format!("support[{k}].nodes");
+        let nodes: Vec<String> = match own.get("nodes").map(|v| v.get_ref()) {
+            _ if names.is_empty() => continue,
+            Some(DeValue::Array(list)) => {
+                let number = |v: &toml::Spanned<DeValue>| match v.get_ref() {
+                    DeValue::Integer(n) => Some(n.as_str().to_owned()),
+                    _ => None,
+                };
+                list.iter().filter_map(number).collect()
+            }
+            Some(DeValue::String(set)) => {
+                let places = places_of(folder, deck)?;
+                let deck = deck.map(std::path::PathBuf::from);
+                in_set(key(), set, &places, &deck)?.iter().map(i64::to_string).collect()
+            }
+            _ => continue,
+        };
+        let fix = own.get("fix").and_then(|v| v.get_ref().as_array());
+        let axis = |v: &toml::Spanned<DeValue>| {
+            let word = v.get_ref().as_str()?;
+            (1..).zip(AXES).find(|(_, axis)| *axis == word).map(|(number, _)| number)
+        };
+        let axes: Vec<u8> = fix.into_iter().flatten().filter_map(axis).collect();
+        for node in nodes {
+            let of = |direction: &u8| DofName { node: node.clone(), direction: *direction };
+            let rows: Vec<DofName> = axes.iter().map(of).filter(|n| known.contains(n)).collect();
+            if rows.is_empty() && !names.iter().any(|n| n.node == node) {
+                return Err(unknown(
+                    key(),
+                    &format!("{node}.{}", axes.first().unwrap_or(&1)),
+                    names,
+                ));
+            }
+            held.extend(rows);
+        }
+    }
+    Ok(held)
 }
 
 /// The values of a key of a table, or of all tables of its name, items of lists one by one; each with its key.

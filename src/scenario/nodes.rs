@@ -34,7 +34,7 @@ impl JsonSchema for NodesKey {
 }
 
 /// Directions along the axes, as the programs number them.
-const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Scene {
     /// The contact displacements that nodes and a direction stand for, and the places of all rows that a deck knows.
@@ -137,16 +137,22 @@ impl Scene {
 
     /// Nodes and sets of the deck beside the matrices; nothing without one.
     fn deck(&self) -> Result<Places, Issue> {
-        let Some(file) = &self.body.deck else { return Ok(Places::default()) };
-        let path = self.source.file.parent().unwrap_or(Path::new("")).join(file);
-        let issue = |why: String, help: String| {
-            Issue::new("body.deck", format!("{}: {why}", path.display()), help)
-        };
-        let help = "give the deck (.inp) that the matrices come from, relative to the scene";
-        let whole = Whole::read(&path)
-            .map_err(|(why, what)| issue(why, what.unwrap_or_else(|| help.to_owned())))?;
-        deck::places(&whole.bytes).map_err(|e| issue(whole.place(&e) + &e.message, e.help))
+        let folder = self.source.file.parent().unwrap_or(Path::new(""));
+        places_of(folder, self.body.deck.as_ref())
     }
+}
+
+/// Nodes and sets of a deck in a folder; nothing without one.
+pub(super) fn places_of(folder: &Path, file: Option<impl AsRef<Path>>) -> Result<Places, Issue> {
+    let Some(file) = file else { return Ok(Places::default()) };
+    let path = folder.join(file);
+    let issue = |why: String, help: String| {
+        Issue::new("body.deck", format!("{}: {why}", path.display()), help)
+    };
+    let help = "give the deck (.inp) that the matrices come from, relative to the scene";
+    let whole = Whole::read(&path)
+        .map_err(|(why, what)| issue(why, what.unwrap_or_else(|| help.to_owned())))?;
+    deck::places(&whole.bytes).map_err(|e| issue(whole.place(&e) + &e.message, e.help))
 }
 
 /// Each node is named once.
@@ -176,7 +182,7 @@ fn direction(key: String, word: Option<&str>) -> Result<(u8, bool), Issue> {
 }
 
 /// The nodes of a set.
-fn in_set(
+pub(super) fn in_set(
     key: String,
     set: &str,
     places: &Places,

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::nodes::NodesKey;
 use super::number::Check;
 use super::portion::{Keys, Portion};
 use super::side::{EdgeKey, side};
@@ -28,9 +29,10 @@ pub struct Support {
     /// In its place: the part where conditions hold.
     #[schemars(extend("examples" = ["x > 0.9"]))]
     r#where: Option<String>,
-    /// In its place: chosen nodes of the edge or group, by their numbers in the file of the mesh (of plates by those in results, from 0).
-    #[schemars(extend("examples" = [[12, 17]]))]
-    nodes: Option<Vec<i64>>,
+    /// In its place: chosen nodes of the edge or group, by their numbers in the file of the mesh (of plates by those in results, from 0). Of bodies from matrices whose rows have
+    /// names: nodes by theirs, or a set of `body.deck`; what is held is no row.
+    #[schemars(extend("examples" = [[12, 17], "BASE"]))]
+    nodes: Option<NodesKey>,
     /// The part, with the name of its group.
     #[serde(skip)]
     part: Option<(String, Portion)>,
@@ -71,6 +73,11 @@ impl Support {
         self.edge.as_ref().map(EdgeKey::name).or(self.group.as_deref()).unwrap_or_default()
     }
 
+    /// Whether only a part is to be held.
+    fn part_is_given(&self) -> bool {
+        self.from.is_some() || self.r#box.is_some() || self.r#where.is_some()
+    }
+
     /// The edge or group, and which part of it holds.
     pub(crate) fn part(&self) -> Option<(&str, &Portion)> {
         self.part.as_ref().map(|(_, portion)| (self.whole(), portion))
@@ -80,11 +87,23 @@ impl Support {
 impl Scene {
     /// The parts of edges and groups that supports hold.
     pub(super) fn take_parts(&mut self) -> Check {
+        if self.body.kind == BodyKind::Matrices {
+            return Ok(());
+        }
         for (i, s) in self.supports.iter_mut().enumerate() {
+            let nodes = match &s.nodes {
+                None => None,
+                Some(NodesKey::Numbers(nodes)) => Some(nodes.as_slice()),
+                Some(NodesKey::Set(set)) => {
+                    let message = format!("\"{set}\" is a set of a deck, and this body is a mesh");
+                    let help = "give nodes by their numbers, [12, 17], or a group";
+                    return Err(Issue::new(format!("support[{i}].nodes"), message, help));
+                }
+            };
             let keys = Keys {
                 from: s.from,
                 r#box: s.r#box.as_ref(),
-                nodes: s.nodes.as_deref(),
+                nodes,
                 r#where: s.r#where.as_deref(),
             };
             let part = Portion::given(&keys, &|name| format!("support[{i}].{name}"))?;
@@ -93,7 +112,33 @@ impl Scene {
         Ok(())
     }
 
+    /// Of bodies from matrices supports hold nodes, whose rows have names.
+    fn check_held_rows(&self) -> Check {
+        for (i, s) in self.supports.iter().enumerate() {
+            let issue = |key: &str, message: &str, help: &str| {
+                Err(Issue::new(format!("support[{i}].{key}"), message, help))
+            };
+            let of_sides = s.edge.is_some() || s.group.is_some() || s.part_is_given();
+            if of_sides || s.nodes.is_none() {
+                let help = "give nodes = [101, 102], or a set of body.deck, and fix; or leave prescribed displacements out of the matrices";
+                return issue("nodes", "is missing: a body from matrices has no edges", help);
+            }
+            if self.rows.of_file.is_empty() && self.rows.missing.is_none() {
+                let help = "leave prescribed displacements out of the matrices, or give matrices whose rows have names";
+                return issue("nodes", "are those of no row: the rows have no names", help);
+            }
+            if s.fix.is_empty() || s.fix.iter().any(|d| d.axis().is_none()) {
+                let message = "rows of matrices are displacements along axes";
+                return issue("fix", message, "give some of \"x\", \"y\", \"z\"");
+            }
+        }
+        Ok(())
+    }
+
     pub(super) fn check_supports(&self) -> Check {
+        if self.body.kind == BodyKind::Matrices {
+            return self.check_held_rows();
+        }
         for (i, s) in self.supports.iter().enumerate() {
             side(
                 self.body.kind,

@@ -35,7 +35,7 @@ fn about(quantity: Quantity) -> [&'static str; 2] {
         Quantity::Stress => ["stress", "stress, positive in tension"],
         Quantity::RecoveredStress => [
             "stress",
-            "stress, positive in tension, by superconvergent patch recovery (Zienkiewicz and Zhu)",
+            "stress, positive in tension, by polynomial preserving recovery (Zhang and Naga)",
         ],
     }
 }

@@ -321,6 +321,7 @@ fn nodal_stress(body: &Body, material: &Material, u: &[f64]) -> ([f64; 3], f64) 
 }
 
 /// What is measured of a mesh.
+#[derive(Debug)]
 struct Errors {
     /// In L², over the norm of `u*`.
     l2: f64,
@@ -422,8 +423,13 @@ fn check(kind: ElementKind, sizes: &[usize], mesh: impl Fn(usize) -> Mesh) -> Op
         "{kind:?}: L2 {l2:.3}, energy {energy:.3}; errors {:.1e}, {:.1e}; stress {stress:.2?}, errors {:.4?}, effectivity {:.3}",
         last.l2, last.energy, last.stress, last.effectivity
     );
-    let good = (l2 - f64::from(p + 1)).abs() < 0.1 && (energy - f64::from(p)).abs() < 0.1;
-    (!good).then(|| format!("{kind:?}: slopes {l2:.3}, {energy:.3}"))
+    let order = f64::from(p);
+    let good = (l2 - order - 1.0).abs() < 0.1 && (energy - order).abs() < 0.1;
+    // recovered stress gains an order, nearly so on the edges of coarse boxes, and its distance is the error
+    let gains = stress[1] > order + 0.95 && stress[2] > order + 0.4;
+    let tells = last.stress[1] < last.stress[0] && (0.9..1.7).contains(&last.effectivity);
+    (!good || !gains || !tells)
+        .then(|| format!("{kind:?}: slopes {l2:.3}, {energy:.3}, {stress:.3?}, {last:?}"))
 }
 
 #[test]

@@ -24,6 +24,7 @@ use signorini::scenario::Scene;
 use signorini::store::{Kept, Writer, WriterOptions};
 
 use super::family::{self, Output};
+use super::seen::seen;
 use super::{Answer, CliError, Global, load, viscous};
 use all::all;
 use near_return::{Return, near_return};
@@ -308,11 +309,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     };
     by.iter().for_each(|by| by.json(&mut object));
     object["wall_s"] = begun.elapsed().as_secs_f64().into();
-    let cut_short = write(&path, &options, &scene, (&body, orbit, &object), by.as_ref())?;
+    let cut_short = write(&path, &options, &scene, (&body, orbit, &mut object), by.as_ref())?;
     let wall = begun.elapsed().as_secs_f64();
     let answer = global.answer(
         || {
-            let mut json = object;
+            let mut json = object.clone();
             json["wall_s"] = wall.into();
             json["output"] = path.display().to_string().into();
             json
@@ -321,8 +322,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             let title = super::title(&scene);
             let plot = format!("signorini plot {}", path.display());
             format!(
-                "{title}\n{}{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n",
+                "{title}\n{}{}{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n",
                 orbit_text(orbit, scene.is_around_equilibrium()),
+                summary::seen_text(&scene, &body.system, &object),
                 by.as_ref().map_or(String::new(), |by| by.text(orbit)),
                 "time",
                 "written to",
@@ -341,12 +343,12 @@ fn is_amplitude(a: f64) -> bool {
     a > 0.0 && a <= 1e6
 }
 
-/// The orbit file: a run over one period, and `/orbit`. Why that run ended early, if it did.
+/// The orbit file: a run over one period, and `/orbit`; what that shows besides goes into the object. Why that run ended early, if it did.
 fn write(
     path: &Path,
     options: &WriterOptions,
     scene: &Scene,
-    (body, orbit, object): (&Propagator, &Orbit, &Value),
+    (body, orbit, object): (&Propagator, &Orbit, &mut Value),
     by: Option<&Sensitivities>,
 ) -> Result<Option<String>, CliError> {
     let mut writer = Writer::create(path, scene, (&body.system, Kept::all(&body.system)), options)?;
@@ -369,6 +371,9 @@ fn write(
     writer.orbit(&branch::record(body, orbit)?, &body.system)?;
     if let Some(by) = by {
         writer.sensitivity(&by.peaks, &by.parameters, &body.system)?;
+    }
+    for (name, value) in seen(&mut writer, &body.system)? {
+        object[name] = value;
     }
     let mut said = summary::run_json(scene, (&body.system, &Notes::default()), &report, 0.0);
     for (name, value) in object.as_object().into_iter().flatten() {

@@ -136,7 +136,7 @@ impl Able {
 /// Run the study.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let scene = global.scene(&arguments.scene)?;
-    let problem = load::of_scene(&scene)?;
+    let problem = load::warned(&scene, global)?;
     let (run, until) = run_table(&scene)?;
     let stem = arguments
         .output

@@ -16,7 +16,7 @@ use crate::store::ExcursionRecord;
 
 pub(crate) use json::run_json;
 pub use text::kinds_of_switches;
-pub(crate) use text::run_text;
+pub(crate) use text::{run_text, seen_text};
 
 /// A number with so many significant digits, plain where that is readable.
 pub(crate) fn significant(x: f64, digits: usize) -> String {

@@ -46,12 +46,22 @@ pub(crate) fn run_text(
     warnings.iter().filter_map(Value::as_str).for_each(|w| out.line("warning", w.to_owned()));
     lcp_check(&mut out, report);
     work(&mut out, (scene, system), report, wall_s);
-    forces(&mut out, &said["forces"]);
-    pressure(&mut out, &said["largest_pressure"], |node| {
-        place_of(scene, system.promise().yields, node)
-    });
-    probes(&mut out, &said["probes"]);
+    seen(&mut out, (scene, system), said);
     out.0
+}
+
+/// What is told of a motion that a file keeps, in words: forces, the largest pressure, what probes saw.
+pub(crate) fn seen_text(scene: &Scene, system: &System, said: &Value) -> String {
+    let mut out = Lines::default();
+    seen(&mut out, (scene, system), said);
+    out.0
+}
+
+fn seen(out: &mut Lines, (scene, system): (&Scene, &System), said: &Value) {
+    forces(out, &said["forces"]);
+    let place = |node| place_of(scene, system.promise().yields, node);
+    pressure(out, &said["largest_pressure"], place);
+    probes(out, &said["probes"]);
 }
 
 /// Labelled lines.
