@@ -122,13 +122,15 @@ fn turning(problem: &Problem, last: &State) -> f64 {
     let nodes = body.mesh.nodes();
     let middle = [0, 1].map(|c| nodes.iter().map(|p| p[c]).sum::<f64>() / nodes.len() as f64);
     let turn: Vec<f64> = nodes.iter().flat_map(|p| [middle[1] - p[1], p[0] - middle[0]]).collect();
-    let turn = body.dofs.gather(&turn);
+    // over what moves by itself: a turn is followed by the contact
+    let mass = problem.system.mass();
+    let turn = &body.dofs.gather(&turn)[..mass.n_rows()];
     let momentum = |v: &[f64]| -> f64 {
         let mut p = vec![0.0; turn.len()];
-        body.mass.mul(v, &mut p);
-        p.iter().zip(&turn).map(|(p, r)| p * r).sum()
+        mass.mul(v, &mut p);
+        p.iter().zip(turn).map(|(p, r)| p * r).sum()
     };
-    momentum(&last.v[..turn.len()]) / momentum(&turn)
+    momentum(&last.v) / momentum(turn)
 }
 
 /// A plate thrown with viscosity.
