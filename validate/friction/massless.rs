@@ -122,15 +122,20 @@ fn turning(problem: &Problem, last: &State) -> f64 {
     let nodes = body.mesh.nodes();
     let middle = [0, 1].map(|c| nodes.iter().map(|p| p[c]).sum::<f64>() / nodes.len() as f64);
     let turn: Vec<f64> = nodes.iter().flat_map(|p| [middle[1] - p[1], p[0] - middle[0]]).collect();
-    // over what moves by itself: a turn is followed by the contact
+    let turn = body.dofs.gather(&turn);
+    // the contact has no mass: whatever its velocities are
     let mass = problem.system.mass();
-    let turn = &body.dofs.gather(&turn)[..mass.n_rows()];
-    let momentum = |v: &[f64]| -> f64 {
-        let mut p = vec![0.0; turn.len()];
-        mass.mul(v, &mut p);
-        p.iter().zip(turn).map(|(p, r)| p * r).sum()
+    let all = |v: &[f64]| -> Vec<f64> {
+        let mut all = v.to_vec();
+        all.resize(mass.n_rows(), 0.0);
+        all
     };
-    momentum(&last.v) / momentum(turn)
+    let momentum = |v: &[f64]| -> f64 {
+        let mut p = vec![0.0; mass.n_rows()];
+        mass.mul(&all(v), &mut p);
+        p.iter().zip(all(&turn)).map(|(p, r)| p * r).sum()
+    };
+    momentum(&last.v) / momentum(&turn)
 }
 
 /// A plate thrown with viscosity.
