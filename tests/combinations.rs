@@ -375,7 +375,8 @@ fn refusal(stderr: &str) -> String {
     }
     let text = words.join(" ");
     let text = text.strip_prefix("signorini: ").unwrap_or(&text);
-    // scene.toml:12:1: load: …
+    // a file of results; scene.toml:12:1: load: …
+    let text = text.split_once("run.h5: ").map_or(text, |(_, rest)| rest);
     let place = text.split_once(".toml:").map_or(text, |(_, rest)| {
         rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ':').trim_start()
     });

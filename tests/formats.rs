@@ -303,7 +303,7 @@ fn supports_hold_rows() {
     let tip: Vec<String> = (101..=109).map(|n| format!("{n}.2")).collect();
     let rest = |contact: &str| {
         format!(
-            "[contact]\ndisplacements = ['145.1']\ngap = 1e-4\nstress = 'reaction'\n[[load]]\nkind = 'force'\ndisplacement = {contact}\namplitude = 2e4\nomega = 6e4\n[run]\nuntil = 4e-4\n"
+            "[contact]\ndisplacements = ['145.1']\ngap = 5e-3\nstress = 'reaction'\n[[load]]\nkind = 'force'\ndisplacement = {contact}\namplitude = 2e4\nomega = 6e4\n[run]\nuntil = 4e-4\n"
         )
     };
     for (supports, held) in [
@@ -330,8 +330,8 @@ fn supports_hold_rows() {
             written(folder.path(), out, &text);
         }
         let row = |name: &str| kept.iter().position(|k| names[*k] == name).unwrap();
-        let own = scene(folder.path(), "own", files, &(deck.clone() + supports + &rest("'105.3'")));
-        let hand = rest(&row("105.3").to_string()).replace("'145.1'", &row("145.1").to_string());
+        let own = scene(folder.path(), "own", files, &(deck.clone() + supports + &rest("'105.1'")));
+        let hand = rest(&row("105.1").to_string()).replace("'145.1'", &row("145.1").to_string());
         let hand = scene(folder.path(), "hand", ["K.mtx", "M.mtx"], &hand);
         let [a, b] = [&own, &hand].map(|s| json(&["modes", s, "--count", "6"]));
         assert_eq!(a["n_o"], b["n_o"]);

@@ -27,7 +27,9 @@ pub enum CompareError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The reference.
-    #[error("the reference ({name}) could not be computed: {why}; another one: --reference")]
+    #[error(
+        "the reference ({name}) could not be computed: {why}; give another one with --reference"
+    )]
     Reference {
         /// What it was to be.
         name: String,
