@@ -97,7 +97,7 @@ fn slides() -> Outcome {
     let (problem, report, _) = with("friction = 0.3", "friction = 0.02")?;
     let [x, y] = velocities(&problem, &report.last);
     let lands =
-        text.replace("friction = 0.3", "friction = 0.1").replace("until = 2.6", "until = 0.1");
+        text.replace("friction = 0.3", "friction = 0.1").replace("until = 2.6", "until = 0.1001");
     let (_, landed, _) = integrate(&scene(&lands, Some(&[4, 8]))?)?;
     let states = f64::from(u8::from(landed.active.to_string() == "S++++++++"));
     Ok(vec![
