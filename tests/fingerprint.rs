@@ -33,7 +33,7 @@ const FILES: [&str; 14] = [
 ];
 
 /// Keys whose values are texts that name no file.
-const WORDS: [&str; 53] = [
+const WORDS: [&str; 54] = [
     "title",
     "contact.nodes",
     "contact.direction",
@@ -58,6 +58,7 @@ const WORDS: [&str; 53] = [
     "material[].group",
     "run.store[]",
     "support[].group",
+    "support[].nodes",
     "support[].where",
     "spring[].group",
     "spring[].to",
