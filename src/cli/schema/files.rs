@@ -7,7 +7,8 @@ use signorini::store::About;
 use crate::cli::wrap::{item, paragraph};
 
 /// How entries are written.
-const HEAD: &str = "Each with its dimensions and the unit of its values.";
+const HEAD: &str =
+    "Each with its dimensions and, behind a semicolon, the unit of its values or what they number.";
 
 /// The list.
 pub fn of(datasets: &[&About], markdown: bool) -> String {
@@ -24,7 +25,7 @@ pub fn of(datasets: &[&About], markdown: bool) -> String {
             group = of;
         }
         let axes = a.axes.join(" × ");
-        let unit = if a.units.is_empty() { String::new() } else { format!(", in {}", a.units) };
+        let unit = if a.units.is_empty() { String::new() } else { format!("; {}", a.units) };
         out += &item(0, &format!("**`{name}`** ({axes}{unit}): {}", a.what));
     }
     out
