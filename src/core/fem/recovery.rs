@@ -183,8 +183,9 @@ impl<'m> Recovery<'m> {
     /// Of every node, in each of the materials around it.
     pub fn all(&self) -> Vec<AtNode> {
         let mut sums: BTreeMap<(usize, usize), Sum> = BTreeMap::new();
-        for corner in (0..self.points.len()).filter(|&n| self.is_corner(n)) {
-            for region in self.regions(corner) {
+        for corner in 0..self.points.len() {
+            let regions = self.regions(corner).into_iter();
+            for region in regions.filter(|region| self.is_corner(corner, *region)) {
                 let patch = self.patch(corner, region);
                 for node in self.reached(corner, region) {
                     sums.entry((node, region)).or_default().add(&patch, &self.points[node]);
@@ -197,7 +198,7 @@ impl<'m> Recovery<'m> {
     /// Of one node in one of the materials around it.
     pub fn at(&self, node: usize, region: usize) -> AtNode {
         let mut sum = Sum::default();
-        let corners: BTreeSet<usize> = match self.is_corner(node) {
+        let corners: BTreeSet<usize> = match self.is_corner(node, region) {
             true => BTreeSet::from([node]),
             false => self.of_region(node, region).flat_map(|k| self.corners(k)).collect(),
         };
@@ -219,9 +220,9 @@ impl<'m> Recovery<'m> {
         nodes[..kind.corners()].iter().copied()
     }
 
-    /// Nodes are corners of all of their elements, or of none.
-    fn is_corner(&self, node: usize) -> bool {
-        self.around[node].first().is_some_and(|&k| self.corners(k).any(|n| n == node))
+    /// Whether some element of a material has its corner there.
+    fn is_corner(&self, node: usize, region: usize) -> bool {
+        self.of_region(node, region).any(|k| self.corners(k).any(|n| n == node))
     }
 
     /// The nodes that a patch speaks for: its corner, and those around it that are no corners.
