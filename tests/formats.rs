@@ -40,6 +40,14 @@ fn close(a: f64, b: f64, slack: f64) -> bool {
     (a - b).abs() <= slack * b.abs()
 }
 
+/// A scene is bad input, and why is said in these words.
+fn refused(scene: &str, words: &str) {
+    let output = run(&["modes", scene]);
+    let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(output.status.code() == Some(2) && said.contains(words), "{words}: {said}");
+}
+
 /// The first six frequencies of a scene are those that CalculiX printed, with nine to twelve digits.
 fn same_frequencies(scene: &str, check: &Value, what: &str) {
     let said = json(&["modes", scene, "--count", "6"]);
@@ -283,10 +291,7 @@ fn names_stand_for_rows() {
             files,
             &format!("[contact]\ndisplacements = {names}\ngap = 1.0\n"),
         );
-        let output = run(&["modes", &scene]);
-        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
-        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(output.status.code() == Some(2) && said.contains(words), "{said}");
+        refused(&scene, words);
     }
 }
 
@@ -363,10 +368,7 @@ fn supports_hold_rows() {
         ),
     ] {
         let bad = scene(folder.path(), "bad", files, &(deck.clone() + supports));
-        let output = run(&["modes", &bad]);
-        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
-        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(output.status.code() == Some(2) && said.contains(words), "{words}: {said}");
+        refused(&bad, words);
     }
     // rows without names cannot be held
     let nameless = scene(
@@ -375,9 +377,7 @@ fn supports_hold_rows() {
         ["K.mtx", "M.mtx"],
         "[[support]]\nnodes = [3]\nfix = ['x']\n",
     );
-    let output = run(&["modes", &nameless]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && said.contains("support"), "{said}");
+    refused(&nameless, "support");
 }
 
 /// Rows without mass follow statically: the same motion as of matrices that are condensed by hand.

@@ -237,23 +237,23 @@ impl<'m> Recovery<'m> {
     /// The smallest patch of a corner that decides the most polynomials.
     fn patch(&self, corner: usize, region: usize) -> Patch {
         let mut elements: BTreeSet<usize> = self.of_region(corner, region).collect();
-        let (mut best, wanted) = self.over(&elements);
+        let (mut nodes, mut polynomials, wanted) = self.over(&elements);
         for _ in 0..LAYERS {
-            if best.exponents() == wanted {
+            if polynomials.exponents.len() == wanted {
                 break;
             }
-            let nodes = elements.iter().flat_map(|&k| self.elements[k].nodes);
-            elements = nodes.flat_map(|&n| self.of_region(n, region)).collect();
-            let (larger, _) = self.over(&elements);
-            if larger.exponents() > best.exponents() {
-                best = larger;
+            let reached = elements.iter().flat_map(|&k| self.elements[k].nodes);
+            elements = reached.flat_map(|&n| self.of_region(n, region)).collect();
+            let (more, larger, _) = self.over(&elements);
+            if larger.exponents.len() > polynomials.exponents.len() {
+                (nodes, polynomials) = (more, larger);
             }
         }
-        best.fitted(self.points)
+        Patch::fitted(nodes, polynomials, self.points)
     }
 
     /// The nodes of elements and the polynomials that they decide, of so many.
-    fn over(&self, elements: &BTreeSet<usize>) -> (Patch, usize) {
+    fn over(&self, elements: &BTreeSet<usize>) -> (Vec<usize>, Polynomials, usize) {
         let of = elements.iter().flat_map(|&k| self.elements[k].nodes.iter().copied());
         let nodes: Vec<usize> = of.collect::<BTreeSet<_>>().into_iter().collect();
         let place = |n: &usize| self.points[*n];
@@ -263,27 +263,20 @@ impl<'m> Recovery<'m> {
         let x: Vec<Point> = first.iter().map(place).collect();
         let all = Polynomials::new(Shape { kind, x: &x }, &places);
         let count = all.exponents.len();
-        let patch =
-            Patch { nodes, polynomials: all.decided(&places), coefficients: DMatrix::zeros(0, 0) };
-        (patch, count)
+        (nodes, all.decided(&places), count)
     }
 }
 
 impl Patch {
-    fn exponents(&self) -> usize {
-        self.polynomials.exponents.len()
-    }
-
-    /// With the coefficients of its polynomials, by least squares: `A = Q R`, `R⁻¹ Qᵀ`.
-    fn fitted(mut self, points: &[Point]) -> Patch {
+    /// The coefficients of polynomials by least squares: `A = Q R`, `R⁻¹ Qᵀ`.
+    fn fitted(nodes: Vec<usize>, polynomials: Polynomials, points: &[Point]) -> Patch {
         let columns: Vec<DVector<f64>> =
-            self.nodes.iter().map(|&n| self.polynomials.at(&points[n])).collect();
+            nodes.iter().map(|&n| polynomials.at(&points[n])).collect();
         let factors = DMatrix::from_columns(&columns).transpose().qr();
         let mut coefficients = factors.q().transpose();
         // they are independent
         factors.r().solve_upper_triangular_mut(&mut coefficients);
-        self.coefficients = coefficients;
-        self
+        Patch { nodes, polynomials, coefficients }
     }
 }
 
