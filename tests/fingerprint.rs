@@ -15,10 +15,12 @@ use signorini::scenario::Scene;
 use tempfile::TempDir;
 
 /// Keys of scenes that name files.
-const FILES: [&str; 14] = [
+const FILES: [&str; 16] = [
     "body.file",
     "body.deck",
+    "body.names",
     "body[].deck",
+    "body[].names",
     "body.mass_matrix",
     "body.stiffness_matrix",
     "body.damping_matrix",

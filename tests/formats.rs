@@ -83,6 +83,86 @@ fn inspect_tells_what_calculix_wrote() {
         if let Some(first) = check["first_dof"].as_str() {
             assert_eq!(k["names"][0], first);
         }
+        // stiffness and mass of one name are one body
+        let printed = check["frequencies_hz"].as_array().unwrap();
+        assert_eq!(k["first_omega"], m["first_omega"]);
+        for (omega, hz) in k["first_omega"].as_array().unwrap().iter().zip(printed) {
+            let own = omega.as_f64().unwrap() / std::f64::consts::TAU;
+            assert!(close(own, hz.as_f64().unwrap(), 1e-9), "{body}: {own} {hz}");
+        }
+        // a roller along no axis has left its row in another: 1 + tan² 30° = 4/3 of the mass
+        let odd: &[&str] = if body == "brick_roller" { &["41"] } else { &[] };
+        assert_eq!(m["uneven"], serde_json::json!(odd), "{body}");
+    }
+    let said = run(&["inspect", &sample("brick_roller.mas")]);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(
+        said.contains("node 41 has 1.333 times the mass in direction 2 that it has in 3"),
+        "{said}"
+    );
+    // scenes that name the node are told so, others are not
+    let folder = tempfile::tempdir().unwrap();
+    let files = [sample("brick_roller.sti"), sample("brick_roller.mas")];
+    for (node, count) in [("41.2", 1), ("43.2", 0)] {
+        let rest = format!(
+            "[[load]]\nkind = 'force'\ndisplacement = '{node}'\namplitude = 1.0\nomega = 1e4\n[run]\nuntil = 1e-5\n"
+        );
+        let scene = scene(folder.path(), "roller", [&files[0], &files[1]], &rest);
+        let out = folder.path().join("r.h5").display().to_string();
+        let said = json(&["run", &scene, "-o", &out, "--force"]);
+        let warnings = said["warnings"].as_array().unwrap();
+        let own = warnings.iter().filter(|w| w.as_str().unwrap().contains("1.333 times the mass"));
+        assert_eq!(own.count(), count, "{node}: {warnings:?}");
+    }
+}
+
+/// Names in a list are names beside the matrices; nodes in equations of the deck are not to be named.
+#[test]
+fn rows_are_listed_and_equations_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let rest = "[contact]\nnodes = [101, 102, 103, 104, 105, 106, 107, 108, 109]\ndirection = 'x'\ngap = 2e-3\n\
+        [[load]]\nkind = 'force'\ndisplacement = '145.1'\namplitude = 2e4\nomega = 6e4\n[run]\nuntil = 2e-4\n";
+    for file in ["block.sti", "block.mas"] {
+        std::fs::copy(sample(file), at(file)).unwrap();
+    }
+    let names = std::fs::read_to_string(sample("block.dof")).unwrap();
+    let rows: Vec<&str> = names.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
+    let list = |rows: &[&str]| {
+        let lines: Vec<String> = rows.iter().map(|row| row.replace('.', "; ")).collect();
+        format!("node; direction\n{}\n", lines.join("\n"))
+    };
+    written(folder.path(), "rows.csv", &list(&rows));
+    let own = ["block.sti", "block.mas"];
+    let listed = scene(folder.path(), "listed", own, &format!("names = 'rows.csv'\n{rest}"));
+    let files = [sample("block.sti"), sample("block.mas")];
+    let beside = scene(folder.path(), "beside", [&files[0], &files[1]], rest);
+    let [a, b] =
+        [(&listed, "a.h5"), (&beside, "b.h5")].map(|(s, o)| json(&["run", s, "-o", &at(o)]));
+    assert!(a["switches"].as_array().unwrap().len() > 1);
+    assert_eq!(a["switches"], b["switches"]);
+    written(folder.path(), "short.csv", &list(&rows[..80]));
+    written(folder.path(), "odd.csv", &list(&rows).replace("145; 1", "145; w"));
+    for (list, words) in [
+        ("short.csv", "has 81 rows, and there are 80 names"),
+        ("odd.csv", "is no node and direction"),
+        ("none.csv", "none.csv"),
+    ] {
+        let bad = scene(folder.path(), "bad", own, &format!("names = '{list}'\n{rest}"));
+        refused(&bad, words);
+    }
+    let nameless = scene(folder.path(), "nameless", own, rest);
+    refused(&nameless, "names = \"rows.csv\"");
+    // a deck with an equation between two nodes, by number and by set
+    let deck = std::fs::read_to_string(sample("block.inp")).unwrap();
+    let with = |terms: &str| deck.replacen("*NSET", &format!("*EQUATION\n2\n{terms}\n*NSET"), 1);
+    for (terms, words) in [
+        ("145, 1, 1.0, 149, 1, -1.0", "load[0].displacement: 145.1 is of a node in an *EQUATION"),
+        ("TIP, 2, 1.0, 149, 1, -1.0", "contact.nodes: 101.1 is of a node in an *EQUATION"),
+    ] {
+        written(folder.path(), "coupled.inp", &with(terms));
+        let deck = format!("deck = 'coupled.inp'\nnames = 'rows.csv'\n{rest}");
+        refused(&scene(folder.path(), "coupled", own, &deck), words);
     }
 }
 

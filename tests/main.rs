@@ -72,6 +72,7 @@ mod reduce;
 mod reductions;
 mod reference_solutions;
 mod responses;
+mod rows;
 mod scenes;
 mod schema;
 mod sections;

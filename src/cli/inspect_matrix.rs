@@ -2,14 +2,18 @@
 
 use std::fmt::Write as _;
 use std::io::Read as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use signorini::fem::formats::{DofName, Listed, Written, is_matlab, list_matrices, read_matrix};
+use signorini::contact::phase_modes;
+use signorini::fem::formats::{
+    DofName, Listed, Written, is_matlab, list_matrices, read_matrix, uneven_nodes,
+};
 use signorini::fem::motions_without_mass;
+use signorini::problem::{Problem, uneven_text};
 use signorini::report::summary::significant;
-use signorini::scenario::{FileName, names_beside};
+use signorini::scenario::{FileName, Scene, names_beside};
 
 use super::{Answer, CliError, Global};
 
@@ -71,6 +75,45 @@ fn several(path: &Path, (format, all): (&str, &[Listed]), global: &Global) -> An
     )
 }
 
+/// The stiffness and the mass that one program writes under one name: one of them is the file.
+fn partner(path: &Path) -> Option<[PathBuf; 2]> {
+    let name = path.file_name()?.to_str()?;
+    let pairs = [(".sti", ".mas"), ("_STIF", "_MASS"), ("_K.", "_M."), ("STIFF.", "MASS.")];
+    let found = pairs.iter().find_map(|(stiffness, mass)| match name {
+        name if name.contains(stiffness) => {
+            Some([path.to_owned(), path.with_file_name(name.replacen(stiffness, mass, 1))])
+        }
+        name if name.contains(mass) => {
+            Some([path.with_file_name(name.replacen(mass, stiffness, 1)), path.to_owned()])
+        }
+        _ => None,
+    });
+    found.filter(|pair| pair.iter().all(|file| file.is_file()))
+}
+
+/// More rows than these are left to `modes`.
+const MOST_ROWS: usize = 200_000;
+
+/// The first circular frequencies of two matrices, rigid motions (0) first; what has no mass follows statically.
+fn first_frequencies([stiffness, mass]: &[PathBuf; 2], rows: usize) -> Result<Vec<f64>, String> {
+    if rows > MOST_ROWS {
+        return Err(format!("{rows} rows; signorini modes SCENE computes them"));
+    }
+    let absolute = |p: &PathBuf| {
+        let p = p.canonicalize().unwrap_or_else(|_| p.clone());
+        toml::Value::String(p.display().to_string()).to_string()
+    };
+    let text = format!(
+        "[body]\nkind = \"matrices\"\nstiffness_matrix = {}\nmass_matrix = {}\n",
+        absolute(stiffness),
+        absolute(mass)
+    );
+    let scene = Scene::parse(&text, Path::new("matrices")).map_err(|e| e.to_string())?;
+    let system = Problem::new(&scene, None).map_err(|e| e.to_string())?.system;
+    let modes = phase_modes(&system, &system.open_phase(), 3).map_err(|e| e.to_string())?;
+    Ok(modes.omega)
+}
+
 /// Say what it holds.
 pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let input = |why: String| CliError::Input(format!("{}: {why}", path.display()));
@@ -101,13 +144,19 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     // of a stiffness they are the rigid motions of what is not held
     let without = motions_without_mass(a).map(|all| all.len()).unwrap_or(0);
     let trace: f64 = a.triplets().filter(|e| e.0 == e.1).map(|e| e.2).sum();
+    let other = partner(Path::new(file));
+    // of a mass: what a constraint left behind
+    let diagonal: Vec<f64> = (0..n).map(|i| a.entry(i, i).copied().unwrap_or(0.0)).collect();
+    let uneven = uneven_nodes(&names, &diagonal);
+    let frequencies = other.as_ref().map(|pair| first_frequencies(pair, n));
     let words = |all: &[DofName]| all.iter().map(DofName::to_string).collect::<Vec<_>>();
     Ok(global.answer(
         || {
             json!({
                 "format": written.format, "rows": n, "entries": written.entries, "one_triangle": written.one_triangle,
                 "empty_rows": empty, "null_motions": without, "trace": trace, "names": words(&names), "held": words(&written.held),
-                "directions": directions, "sums": sums,
+                "directions": directions, "sums": sums, "uneven": uneven.iter().map(|u| &u.node).collect::<Vec<_>>(),
+                "first_omega": frequencies.as_ref().and_then(|f| f.as_ref().ok()),
             })
         },
         || {
@@ -133,7 +182,20 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
                         line("sum", text);
                     }
                 }
-                _ => line("names", "none: rows count from 0".into()),
+                _ => line("names", "none: rows count from 0, or are listed by [body] names = \"rows.csv\"".into()),
+            }
+            if !uneven.is_empty() {
+                line("WARNING", uneven_text(&uneven));
+            }
+            match (&frequencies, &other) {
+                (Some(Ok(omega)), Some([_, mass])) => {
+                    let hertz = |w: &f64| significant(w / std::f64::consts::TAU, 7);
+                    let all: Vec<String> = omega.iter().map(hertz).collect();
+                    let beside = mass.file_name().unwrap_or_default().to_string_lossy();
+                    line("frequencies", format!("{} cycles per unit of time, with {beside}", all.join(", ")));
+                }
+                (Some(Err(why)), _) => line("frequencies", format!("none: {why}")),
+                _ => {}
             }
             if !written.held.is_empty() {
                 line("held", format!("{}: no rows", words(&written.held).join(", ")));

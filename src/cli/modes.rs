@@ -9,6 +9,7 @@ use serde_json::json;
 
 use signorini::contact::phase_modes;
 use signorini::contact::{States, System};
+use signorini::fem::eigen;
 use signorini::flow::{ComplexMode, complex_modes};
 use signorini::report::summary::{mesh_warning, significant};
 use signorini::scenario::{Issue, Scene};
@@ -33,6 +34,9 @@ pub struct Arguments {
     #[arg(long)]
     sliding: bool,
 }
+
+/// So many frequencies of the body with all its mass are told.
+const MASSIVE: usize = 3;
 
 /// Complex modes about steady sliding: the static balance in which every point that touches slips against its surface.
 fn sliding(
@@ -91,6 +95,19 @@ fn sliding(
     ))
 }
 
+/// Circular frequencies of the body with the mass that its contact displacements have in it, where the method leaves them none: the difference is the method's, and vanishes with the mesh size.
+fn with_all_mass(system: &System, count: usize) -> Option<Vec<f64>> {
+    let body = &system.body;
+    let is_whole = system.n_contact() > 0 && !system.contact_has_inertia();
+    let is_body = body.mass.n_rows() == system.n() && system.n_remembered() == 0;
+    if !(is_whole && is_body) {
+        return None;
+    }
+    // a mass that no motion lacks
+    let modes = eigen::lowest(&body.stiffness, &body.mass, count, system.units.frequency).ok()?;
+    modes.omega.iter().all(|w| w.is_finite()).then_some(modes.omega)
+}
+
 /// Natural frequencies of the open and of the closed phase.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let mut scene = global.scene(&arguments.scene)?;
@@ -113,6 +130,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         _ if !system.has_potential() && system.tangents().is_none() => None,
         _ => Some(modes(system.closed_states())?),
     };
+    let massive = with_all_mass(system, count.min(MASSIVE));
     // around the equilibrium, where the scene asks for it
     let at_rest = match system.rest() {
         Some(rest) => Some((rest.set.to_string(), modes(rest.set.clone())?)),
@@ -130,7 +148,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
                     rest["active"] = set.as_str().into();
                     rest
                 }),
-                "warning": mesh_warning(system)})
+                "with_contact_mass": massive, "warning": mesh_warning(system)})
         },
         || {
             let mut text = format!("{}\n  mode        open body: omega         period        closed body: omega         period\n", scene.title);
@@ -145,6 +163,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             for k in 0..open.omega.len() {
                 let right = closed.as_ref().and_then(|m| m.omega.get(k));
                 let _ = writeln!(text, "  {:>4} {}   {}", k + 1, entry(open.omega.get(k)), entry(right));
+            }
+            if let Some(all) = &massive {
+                let all: Vec<String> = all.iter().map(|w| significant(*w, 5)).collect();
+                let _ = writeln!(
+                    text,
+                    "  note          the contact displacements have no mass of their own (method); with it: {}",
+                    all.join(", ")
+                );
             }
             if let Some((set, m)) = &at_rest {
                 let _ = writeln!(text, "  at rest, states of the contact points {set}");

@@ -208,7 +208,8 @@ impl Model {
                     Body::from_matrices(&mass, &stiffness, &ContactRows::facing(apart), 1.0)?;
                 match law {
                     Some(law) => {
-                        let sites = at_displacements(&body, &contact);
+                        let rows = ContactRows::facing(&contact);
+                        let sites = at_displacements(&body, &rows);
                         System::with_law(body, sites, gap, law)?
                     }
                     None => {

@@ -1,12 +1,30 @@
 //! What holds the body of a scene: supports with the loads that go straight into them, springs with their preloads.
 
+use std::collections::BTreeMap;
+
 use super::body::held;
 use super::parts::parts;
 use super::places::placed;
 use super::{ProblemError, elements, loads, moving};
 use crate::contact::{Bearings, System};
-use crate::fem::{Loads, load};
+use crate::fem::{Body, Loads, load};
 use crate::scenario::{Amplitude, BodyKind, LoadKind, Scene};
+
+/// Supports of given matrices, one a direction, with the nodes of the rows that they hold.
+fn supports_of_rows(scene: &Scene, body: &Body) -> Vec<(String, Vec<usize>)> {
+    let mut all: BTreeMap<(usize, u8), Vec<usize>> = BTreeMap::new();
+    if scene.rows.superelement.is_some() {
+        return vec![];
+    }
+    for (place, (k, name)) in scene.rows.held_rows().enumerate() {
+        all.entry((k, name.direction)).or_default().push(body.dofs.n_rows() + place);
+    }
+    let axes = ["scalar", "x", "y", "z", "rx", "ry", "rz"];
+    let named = |((k, direction), nodes): ((usize, u8), Vec<usize>)| {
+        (format!("{} {}", scene.rows.supports[k].0, axes[usize::from(direction).min(6)]), nodes)
+    };
+    all.into_iter().map(named).collect()
+}
 
 /// With what of the loads goes straight into supports.
 pub(super) fn bearings(
@@ -15,18 +33,22 @@ pub(super) fn bearings(
 ) -> Result<(Bearings, Option<Box<Loads>>), ProblemError> {
     let body = &system.body;
     let damping = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
-    // the frame of an obstacle that moves is none of inertia; bodies from matrices have no supports
+    // the frame of an obstacle that moves is none of inertia
     let moves = scene.contact.as_ref().is_some_and(|c| c.motion.is_some());
-    let held = if moves || scene.body.kind == BodyKind::Matrices { vec![] } else { held(scene) };
-    let parts = parts(scene, &body.mesh);
-    let of_parts = (&parts.of_node[..], parts.names.len());
-    let mut all = Bearings::new(body, &held, damping, of_parts);
+    let mut all = match scene.body.kind {
+        BodyKind::Matrices => Bearings::of_rows(body, supports_of_rows(scene, body), damping),
+        _ => {
+            let held = if moves { vec![] } else { held(scene) };
+            let parts = parts(scene, &body.mesh);
+            Bearings::new(body, &held, damping, (&parts.of_node[..], parts.names.len()))
+        }
+    };
     all.pull(elements::pulls(scene, system)?);
     if system.has_massless_contact() && !all.is_empty() {
         let open = system.open_phase();
         all = all.without_contact_mass(|row| open.reduce(row));
     }
-    if held.is_empty() {
+    if all.supports.is_empty() {
         return Ok((all, None));
     }
     let mut borne = Loads::default();

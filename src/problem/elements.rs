@@ -58,7 +58,7 @@ const ROUNDING: f64 = 1e-12;
 /// The rows of an element over the displacements of the body.
 fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>, ProblemError> {
     if scene.body.kind == BodyKind::Matrices {
-        let row = on_rows(scene, table, ends, body.mesh.n_nodes() - 1)?;
+        let row = on_rows(scene, table, ends, body.dofs.n_rows())?;
         let of_row = |(i, w): (usize, f64)| body.dofs.terms(i, 0).map(move |(j, t)| (j, w * t));
         return Ok(vec![(row.into_iter().flat_map(of_row).collect(), 1.0)]);
     }
@@ -143,7 +143,7 @@ fn on_rows(
     let mut row: Vec<(usize, f64)> = vec![];
     for (end, name, sign) in [(Some(ends.from), "row", 1.0), (ends.to, "to_row", -1.0)] {
         let Some(End::Row(i)) = end else { continue };
-        let twice = row.iter().any(|e| e.0 == i);
+        let twice = name == "to_row" && matches!(ends.from, End::Row(from) if from == i);
         if i >= n || twice {
             let message = match twice {
                 true => "is the row of the first end".to_owned(),
@@ -152,7 +152,12 @@ fn on_rows(
             let help = format!("give another row from 0 to {}", n - 1);
             return Err(scene.error(Issue::new(format!("{table}.{name}"), message, help)).into());
         }
-        row.push((i, sign));
+        for (j, w) in scene.rows.terms(i) {
+            match row.iter_mut().find(|e| e.0 == j) {
+                Some(e) => e.1 += sign * w,
+                None => row.push((j, sign * w)),
+            }
+        }
     }
     Ok(row)
 }

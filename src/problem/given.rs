@@ -1,54 +1,69 @@
 //! Bodies whose matrices come from files.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use nalgebra::DMatrix;
 
-use super::ProblemError;
 use super::elements;
 use super::friction::anchor;
 use super::gaps::check_way;
+use super::{Notes, ProblemError};
 use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
-use crate::fem::formats::DofName;
+use crate::fem::formats::{DofName, Uneven, uneven_nodes};
 use crate::fem::{
     Body, ContactRows, Csr, FemError, Massless, SuperelementError, free_interface_form,
     motions_without_mass, standing_beside, with_elements,
 };
 use crate::matrices::{read_matrix, read_written};
-use crate::scenario::{Contact, Counted, Issue, Obstacle, Scene, SidesKey, StressKey};
+use crate::scenario::{Contact, Counted, End, Issue, Obstacle, Scene, SidesKey, StressKey, Turned};
 
 /// Files are named relative to the scene.
 pub(super) fn folder(scene: &Scene) -> &Path {
     scene.source.file.parent().unwrap_or(Path::new(""))
 }
 
-/// Gaps of given contact displacements.
-pub(super) fn given_gaps(scene: &Scene, count: usize) -> Vec<f64> {
-    let Some(c) = &scene.contact else { return vec![] };
-    match (&c.gaps, c.gap()) {
+/// Gaps of the given contact displacements of an obstacle.
+fn given_gaps(scene: &Scene, obstacle: &Obstacle) -> Vec<f64> {
+    let given = &obstacle.given;
+    match (&given.gaps, &obstacle.gap) {
         (Some(list), _) => list.clone(),
         (None, Some(gap)) => {
-            let rows = c.displacements.as_deref().unwrap_or_default();
-            let at = |k: usize| rows.get(k).and_then(|row| scene.rows.places.get(row));
-            (0..count).map(|k| gap.at(at(k).copied().unwrap_or_default())).collect()
+            let at = |row: &usize| scene.rows.places.get(row).copied().unwrap_or_default();
+            given.rows().iter().map(|row| gap.at(at(row))).collect()
         }
         (None, None) => vec![],
     }
 }
 
-/// Gaps behind given contact displacements, if the scene has an obstacle there.
+/// Gaps behind given contact displacements, of those of obstacles that have one there.
 pub(super) fn given_gaps_behind(
     scene: &Scene,
     front: &[f64],
 ) -> Result<Vec<(usize, f64)>, ProblemError> {
-    let contact = scene.contact.as_ref();
-    let obstacle = contact.and_then(|c| c.obstacles.first());
-    let Some(field) = obstacle.and_then(|o| o.gap_behind.as_ref()) else { return Ok(vec![]) };
-    let gap = field.at([0.0; 3]);
-    front.iter().try_for_each(|g| check_way(scene, "contact.gap_behind", g + gap))?;
-    Ok((0..front.len()).map(|d| (d, gap)).collect())
+    let mut all = vec![];
+    let mut first = 0;
+    for (k, o) in obstacles(scene) {
+        let own = first..first + o.given.rows().len();
+        first = own.end;
+        let Some(field) = &o.gap_behind else { continue };
+        let gap = field.at([0.0; 3]);
+        let key = contact_key(scene, k, "gap_behind");
+        front[own.clone()].iter().try_for_each(|g| check_way(scene, &key, g + gap))?;
+        all.extend(own.map(|d| (d, gap)));
+    }
+    Ok(all)
+}
+
+/// All obstacles, with their tables.
+fn obstacles(scene: &Scene) -> impl Iterator<Item = (usize, &Obstacle)> {
+    scene.contact.iter().flat_map(|c| c.obstacles.iter().enumerate())
+}
+
+/// The key of a table of contact.
+fn contact_key(scene: &Scene, table: usize, name: &str) -> String {
+    scene.contact.as_ref().map_or_else(|| format!("contact.{name}"), |c| c.key(table, name))
 }
 
 /// The tangents of given contact displacements.
@@ -58,62 +73,72 @@ pub(super) fn given_tangents(
     body: &Body,
 ) -> Result<Vec<Option<Tangent>>, ProblemError> {
     let n = body.dofs.n();
-    let own = contact.displacements.as_deref().unwrap_or_default();
-    let Some(rows) = contact.tangents.as_deref() else {
-        let help = "tangents = [1, 3]: rows of the matrices, one a contact displacement";
-        return Err(fault(scene, "contact.tangents", "is missing beside friction", help));
-    };
-    let masters = rows_of(contact.against.as_deref());
-    let is_wrong = |(k, i): (usize, &usize)| {
-        *i >= n || own.contains(i) || masters.contains(i) || rows[..k].contains(i)
-    };
-    if rows.len() != own.len() || rows.iter().enumerate().any(is_wrong) {
-        let message = format!("{rows:?} beside the contact displacements {own:?}");
-        let help = format!("give one row from 0 to {} for each, none twice", n - 1);
-        return Err(fault(scene, "contact.tangents", message, &help));
+    let own = contact.displacements();
+    let masters = obstacles(scene).flat_map(|(_, o)| rows_of(o.given.against.as_deref()));
+    let masters: Vec<usize> = masters.collect();
+    let tangents = contact.tangents();
+    let mut all = vec![];
+    for (k, obstacle) in obstacles(scene) {
+        let key = contact_key(scene, k, "tangents");
+        let count = obstacle.given.rows().len();
+        let Some(coefficient) = obstacle.coefficient() else {
+            all.extend(vec![None; count]);
+            continue;
+        };
+        let Some(rows) = obstacle.given.tangents.as_deref() else {
+            let help = match obstacle.given.by_nodes() {
+                true => {
+                    "tangents = [\"101.2\"]: in space the nodes leave a choice, one displacement each"
+                }
+                false => "tangents = [1, 3]: rows of the matrices, one a contact displacement",
+            };
+            return Err(fault(scene, &key, "is missing beside friction", help));
+        };
+        let is_wrong = |i: &usize| {
+            let times = tangents.iter().filter(|other| *other == i).count();
+            *i >= n || own.contains(i) || masters.contains(i) || times > 1
+        };
+        if rows.len() != count || rows.iter().any(is_wrong) {
+            let message =
+                format!("{rows:?} beside the contact displacements {:?}", obstacle.given.rows());
+            let help = format!("give one row from 0 to {} for each, none twice", n - 1);
+            return Err(fault(scene, &key, message, &help));
+        }
+        let surface = obstacle.surface.as_ref().map_or(0.0, |v| v[0]);
+        let is_massless = contact.is_massless_along();
+        let follows = |r: &&usize| body.dofs.terms(**r, 0).any(|t| t.0 >= body.dofs.n_o);
+        if let Some(row) = rows.iter().find(follows).filter(|_| !is_massless) {
+            let message = format!(
+                "{row} moves with motions that have no mass, and friction is of displacements that have some"
+            );
+            let help = "export the body with a mass that is integrated in full, or remove friction";
+            return Err(fault(scene, &key, message, help));
+        }
+        let taken = [&tangents[..], &own, &masters].concat();
+        let against = tangents_against(scene, (k, obstacle), (count, &taken, n))?;
+        for (row, masters) in rows.iter().zip(against) {
+            // u_t − Σ P u_m
+            let masters = masters.into_iter().map(|(m, p)| (m, -p));
+            let terms = std::iter::once((*row, 1.0)).chain(masters);
+            let of_row = |(i, w): (usize, f64)| body.dofs.terms(i, 0).map(move |(j, t)| (j, w * t));
+            let anchor = anchor(body, scene, all.len());
+            let row = if anchor.is_some() { vec![] } else { terms.flat_map(of_row).collect() };
+            let direction = [0.0, 1.0, 0.0];
+            let only_slips = false;
+            all.push(Some(Tangent { row, anchor, coefficient, surface, direction, only_slips }));
+        }
     }
-    let obstacle = contact.obstacles.first();
-    let coefficient = obstacle.and_then(Obstacle::coefficient);
-    let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
-    let is_massless = contact.is_massless_along();
-    let follows = |r: &&usize| body.dofs.terms(**r, 0).any(|t| t.0 >= body.dofs.n_o);
-    if let Some(row) = rows.iter().find(follows).filter(|_| !is_massless) {
-        let message = format!(
-            "{row} moves with motions that have no mass, and friction is of displacements that have some"
-        );
-        let help = "export the body with a mass that is integrated in full, or remove friction";
-        return Err(fault(scene, "contact.tangents", message, help));
-    }
-    let taken = [rows, own, &masters].concat();
-    let against = tangents_against(scene, contact, (rows.len(), &taken, n))?;
-    let tangent = |point: usize| {
-        // u_t − Σ P u_m
-        let masters = against[point].iter().map(|&(m, p)| (m, -p));
-        let all = std::iter::once((rows[point], 1.0)).chain(masters);
-        let of_row = |(i, w): (usize, f64)| body.dofs.terms(i, 0).map(move |(j, t)| (j, w * t));
-        let anchor = anchor(body, scene, point);
-        let row = if anchor.is_some() { vec![] } else { all.flat_map(of_row).collect() };
-        let direction = [0.0, 1.0, 0.0];
-        coefficient.map(|coefficient| Tangent {
-            row,
-            anchor,
-            coefficient,
-            surface,
-            direction,
-            only_slips: false,
-        })
-    };
-    Ok((0..rows.len()).map(tangent).collect())
+    Ok(all)
 }
 
 /// What tangents are counted against: nothing before rigid obstacles.
 fn tangents_against(
     scene: &Scene,
-    contact: &Contact,
+    (table, obstacle): (usize, &Obstacle),
     (count, taken, n): (usize, &[usize], usize),
 ) -> Result<Vec<Vec<(usize, f64)>>, ProblemError> {
-    let key = "contact.tangents_against";
-    match (&contact.tangents_against, &contact.against) {
+    let key = &contact_key(scene, table, "tangents_against");
+    match (&obstacle.given.tangents_against, &obstacle.given.against) {
         (None, None) => Ok(vec![vec![]; count]),
         (Some(_), None) => {
             let message = "belongs to contact displacements that are counted against others";
@@ -163,8 +188,8 @@ fn counted(
 
 /// The unit of length of a body without geometry: its largest gap.
 pub(super) fn given_length(scene: &Scene) -> f64 {
-    let count = scene.contact.as_ref().and_then(|c| c.displacements.as_ref()).map_or(0, Vec::len);
-    let largest = given_gaps(scene, count).iter().fold(0.0f64, |m, g| m.max(g.abs()));
+    let gaps = obstacles(scene).flat_map(|(_, o)| given_gaps(scene, o));
+    let largest = gaps.fold(0.0f64, |m, g| m.max(g.abs()));
     if largest > 0.0 { largest } else { 1.0 }
 }
 
@@ -186,6 +211,11 @@ pub(super) fn read(scene: &Scene, key: &str, name: Option<&String>) -> Result<Cs
 
 /// A square matrix of the scene over the rows of its stiffness: where its file names its rows it may have fewer, in another order. Rows that the scene turns are turned.
 pub(super) fn square(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, ProblemError> {
+    bordered(scene, key, name).map(|all| moving_part(scene, all))
+}
+
+/// The same, and behind these rows those that supports of the scene hold.
+fn bordered(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, ProblemError> {
     let file = name.map_or("", String::as_str);
     if scene.rows.names.is_empty() || scene.attached.get(file).is_some() {
         return read(scene, key, name);
@@ -193,7 +223,7 @@ pub(super) fn square(scene: &Scene, key: &str, name: Option<&String>) -> Result<
     let names = &scene.rows.names;
     let help = "give a matrix of the same body";
     let written = read_written(folder(scene), file).map_err(|e| fault(scene, key, e, help))?;
-    let n = names.len();
+    let n = names.len() + scene.rows.held_rows().count();
     let of_file = &scene.rows.of_file;
     let own = if written.names.is_empty() { of_file } else { &written.names };
     let matrix = match own.len() == written.matrix.n_rows() {
@@ -208,8 +238,9 @@ pub(super) fn square(scene: &Scene, key: &str, name: Option<&String>) -> Result<
             return Err(fault(scene, key, message, "give the names of these matrices"));
         }
         true => {
+            let held = scene.rows.held_rows().map(|(_, name)| name);
             let place: HashMap<&DofName, usize> =
-                names.iter().enumerate().map(|(k, name)| (name, k)).collect();
+                names.iter().chain(held).enumerate().map(|(k, name)| (name, k)).collect();
             let is_held = |name: &DofName| scene.rows.held.contains(name);
             let strange = own.iter().find(|name| !place.contains_key(name) && !is_held(name));
             if let Some(name) = strange {
@@ -223,12 +254,23 @@ pub(super) fn square(scene: &Scene, key: &str, name: Option<&String>) -> Result<
             Csr::from_triplets(n, n, entries)
         }
     };
-    if scene.rows.flipped.is_empty() {
+    let turns = &scene.rows.turned;
+    if turns.is_empty() {
         return Ok(matrix);
     }
-    let sign = |i: usize| if scene.rows.flipped.contains(&i) { -1.0 } else { 1.0 };
-    let turned = matrix.triplets().map(|(i, j, v)| (i, j, sign(i) * sign(j) * v)).collect();
-    Ok(Csr::from_triplets(n, n, turned))
+    let of_row: HashMap<usize, &Turned> =
+        turns.iter().flat_map(|t| t.rows().iter().map(move |row| (*row, t))).collect();
+    let terms = |i: usize| -> Vec<(usize, f64)> {
+        let turned = of_row.get(&i).and_then(|t| t.terms(i));
+        turned.map_or_else(|| vec![(i, 1.0)], Iterator::collect)
+    };
+    let mut entries = vec![];
+    for (i, j, v) in matrix.triplets() {
+        let columns = terms(j);
+        let of = |(a, x): (usize, f64)| columns.iter().map(move |(b, y)| (a, *b, x * y * v));
+        entries.extend(terms(i).into_iter().flat_map(of));
+    }
+    Ok(Csr::from_triplets(n, n, entries))
 }
 
 /// Rows without mass follow statically where the contact takes nodal reactions.
@@ -289,8 +331,11 @@ pub(super) fn given_matrices(
     if let Some(issue) = &scene.rows.missing {
         return Err(scene.error(issue.clone()).into());
     }
-    let mass = square(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
-    let stiffness = square(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
+    let mass = bordered(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
+    let stiffness = bordered(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
+    let holds = scene.rows.held_rows().next().is_some() && scene.rows.superelement.is_none();
+    let held = holds.then(|| [stiffness.clone(), mass.clone()]);
+    let [mass, stiffness] = [mass, stiffness].map(|a| moving_part(scene, a));
     let [mass, stiffness] = as_superelement(scene, [mass, stiffness])?;
     let n = mass.n_rows();
     let (mut rows, gap) = contact_rows(scene, n)?;
@@ -321,8 +366,7 @@ pub(super) fn given_matrices(
             return Err(fault(scene, &key, message, help));
         }
         rows.against.resize(rows.facing.len(), vec![]);
-        let contact = scene.contact.as_ref();
-        let tangents = contact.and_then(|c| c.tangents.clone()).unwrap_or_default();
+        let tangents = scene.contact.as_ref().map_or(vec![], Contact::tangents);
         rows.massless = standing_beside(motions, &[own.clone(), tangents].concat());
         let standing = rows.massless.iter().map(|m| m.pivot).filter(|p| !own.contains(p));
         rows.idle.extend(standing);
@@ -353,8 +397,22 @@ pub(super) fn given_matrices(
         };
         fault(scene, key, e.to_string(), help)
     })?;
+    let body = match held {
+        Some(bordered) => body.with_held_rows(bordered, length),
+        None => body,
+    };
     let elastic = scene.all_sliders().iter().filter(|s| s.stiffness.is_some()).count();
     Ok((body.with_memory(rows.tangents.len()).with_memory(elastic), rows, gap))
+}
+
+/// Of a matrix over rows that move and those that supports hold what moves.
+fn moving_part(scene: &Scene, all: Csr) -> Csr {
+    let count = scene.rows.held_rows().count();
+    if count == 0 {
+        return all;
+    }
+    let n = all.n_rows().saturating_sub(count);
+    Csr::from_triplets(n, n, all.triplets().filter(|e| e.0 < n && e.1 < n).collect())
 }
 
 /// Matrices in free-interface form, where the scene asks for it.
@@ -413,12 +471,48 @@ fn check_stillness(
     let message = "stand still while they are open: their stiffness ties them to nothing that has mass, as in a superelement with fixed-interface modes (Craig and Bampton)";
     let help = "[reduction] with kind = \"free-interface\" and modes = 12: fewer than the superelement has";
     let by_nodes = scene.contact.as_ref().is_some_and(Contact::by_nodes);
-    let key = if by_nodes { "contact.nodes" } else { "contact.displacements" };
-    Err(fault(scene, key, message, help))
+    let key = contact_key(scene, 0, if by_nodes { "nodes" } else { "displacements" });
+    Err(fault(scene, &key, message, help))
 }
 
 /// A coupling below this, over the roots of both stiffnesses, is rounding.
 const STILL: f64 = 1e-9;
+
+/// Nodes that the scene names and whose directions have different masses.
+pub(super) fn note(scene: &Scene, body: &Body, notes: &mut Notes) {
+    let names = &scene.rows.names;
+    if names.is_empty() || scene.rows.superelement.is_some() {
+        return;
+    }
+    let at = |row: usize| body.mass.entry(body.dofs.row(row), body.dofs.row(row));
+    let diagonal: Vec<f64> = (0..names.len()).map(|row| at(row).copied().unwrap_or(0.0)).collect();
+    let mut uneven = uneven_nodes(names, &diagonal);
+    let named: BTreeSet<&str> =
+        scene.named_rows().into_iter().map(|(_, row)| &names[row].node[..]).collect();
+    // point masses of the scene act along one direction
+    let ends = scene.masses.iter().flat_map(|m| [Some(m.ends().from), m.ends().to]);
+    let rows = ends.filter_map(|end| if let Some(End::Row(row)) = end { Some(row) } else { None });
+    let loaded: Vec<&DofName> = rows.filter_map(|row| names.get(row)).collect();
+    uneven.retain(|u| named.contains(&u.node[..]) && loaded.iter().all(|name| name.node != u.node));
+    if !uneven.is_empty() {
+        notes.warnings.push(uneven_text(&uneven));
+    }
+}
+
+/// What there is to say of such nodes.
+pub fn uneven_text(uneven: &[Uneven]) -> String {
+    let first = &uneven[0];
+    let others = match uneven.len() - 1 {
+        0 => String::new(),
+        count => format!(" (and {count} others)"),
+    };
+    let [more, less] = first.directions;
+    format!(
+        "node {}{others} has {:.3} times the mass in direction {more} that it has in {less}: its rows move other displacements along, as constraints of its program leave them (equations, rollers along no axis); \
+         let contact, loads and supports name other nodes",
+        first.node, first.ratio
+    )
+}
 
 /// Square, of `n` rows as the mass matrix, symmetric, with a diagonal.
 fn check_symmetric(
@@ -452,43 +546,58 @@ fn check_symmetric(
 
 /// The contact displacements and their gaps.
 fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), ProblemError> {
-    let rows = scene.contact.as_ref().and_then(|c| c.displacements.clone()).unwrap_or_default();
-    if let Some(bad) = rows.iter().enumerate().find(|(k, i)| **i >= n || rows[..*k].contains(*i)) {
-        let message = format!("{} is no row of the matrices, or stands there twice", bad.1);
-        let help = format!("give rows from 0 to {}", n - 1);
-        return Err(fault(scene, "contact.displacements", message, &help));
-    }
-    let gap = given_gaps(scene, rows.len());
-    if gap.len() != rows.len() || gap.iter().any(|g| !g.is_finite()) {
-        let odd = gap.iter().zip(&rows).find(|(g, _)| !g.is_finite());
-        let (key, message) = match odd {
-            Some((g, row)) if scene.contact.as_ref().is_some_and(|c| c.gap().is_some()) => {
-                ("contact.gap", format!("is {g} at {}", scene.rows.label(*row)))
-            }
-            _ => {
-                let (gaps, rows) = (gap.len(), rows.len());
-                ("contact.gaps", format!("{gaps} gaps for {rows} contact displacements"))
-            }
+    let Some(contact) = &scene.contact else { return Ok((ContactRows::default(), vec![])) };
+    let all = contact.displacements();
+    let mut rows = ContactRows::default();
+    let mut gaps = vec![];
+    for (k, o) in obstacles(scene) {
+        let key = |name: &str| contact.key(k, name);
+        let own = o.given.rows();
+        let is_taken = |row: &usize| all.iter().filter(|other| *other == row).count() > 1;
+        if let Some(bad) = own.iter().find(|row| **row >= n || is_taken(row)) {
+            let message = format!("{bad} is no row of the matrices, or stands there twice");
+            let help = format!("give rows from 0 to {}", n - 1);
+            let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
+            return Err(fault(scene, &key(by), message, &help));
+        }
+        let gap = given_gaps(scene, o);
+        let fail = |name: &str, message: String| {
+            Err(fault(scene, &key(name), message, "give one finite number each"))
         };
-        return Err(fault(scene, key, message, "give one finite number each"));
+        match gap.iter().zip(own).find(|(g, _)| !g.is_finite()) {
+            Some((g, row)) if o.gap.is_some() => {
+                return fail("gap", format!("is {g} at {}", scene.rows.label(*row)));
+            }
+            None if gap.len() == own.len() => {}
+            _ => {
+                let (gaps, rows) = (gap.len(), own.len());
+                return fail("gaps", format!("{gaps} gaps for {rows} contact displacements"));
+            }
+        }
+        gaps.extend(gap);
+        rows.facing.extend(own);
+        rows.groups.extend(own.iter().map(|_| k));
+        rows.against.extend(match &o.given.against {
+            Some(against) => counted(scene, &key("against"), against, (own.len(), &all, n))?,
+            None => vec![vec![]; own.len()],
+        });
     }
-    let contact = scene.contact.as_ref();
-    let Some((contact, all)) = contact.and_then(|c| Some((c, c.against.as_ref()?))) else {
-        let along = contact.filter(|c| c.is_massless_along()).and_then(|c| c.tangents.clone());
-        let idle = along.unwrap_or_default();
-        let against = if idle.is_empty() { vec![] } else { vec![vec![]; rows.len()] };
-        let tangents = idle.iter().copied().zip(0..).collect();
-        let all = ContactRows { facing: rows, against, idle, tangents, ..ContactRows::default() };
-        return Ok((all, gap));
-    };
-    let against = counted(scene, "contact.against", all, (rows.len(), &rows, n))?;
-    let mut idle: Vec<usize> = match contact.sides.unwrap_or_default() {
-        SidesKey::Both => against.iter().flatten().map(|m| m.0).collect(),
-        SidesKey::Slave => vec![],
-    };
-    idle.sort_unstable();
-    idle.dedup();
-    Ok((ContactRows { facing: rows, against, idle, ..ContactRows::default() }, gap))
+    if contact.sides.unwrap_or_default() == SidesKey::Both {
+        rows.idle.extend(rows.against.iter().flatten().map(|m| m.0));
+        rows.idle.sort_unstable();
+        rows.idle.dedup();
+    }
+    if contact.is_massless_along() {
+        // not beside masters: these are refused
+        let mut point = 0;
+        for (_, o) in obstacles(scene) {
+            let rough = o.given.tangents.iter().flatten().filter(|_| o.coefficient().is_some());
+            rows.tangents.extend(rough.copied().zip(point..));
+            point += o.given.rows().len();
+        }
+        rows.idle = rows.tangents.iter().map(|t| t.0).collect();
+    }
+    Ok((rows, gaps))
 }
 
 /// `N_C`, `N_O` from the terms of the contact stresses, or from files.

@@ -91,15 +91,19 @@ fn on_rows(
 ) -> Result<Vec<f64>, ProblemError> {
     let (n, dofs) = (system.n_displacements(), &system.body.dofs);
     let mut rows = vec![0.0; n];
+    // forces along the axes of the files
+    let mut add = |row: usize, force: f64| {
+        scene.rows.terms(row).into_iter().for_each(|(j, w)| rows[j] += w * force);
+    };
     match scene.loads[i].displacement {
-        Some(row) if row < n => rows[row] = vector[0],
+        Some(row) if row < n => add(row, vector[0]),
         Some(row) => {
             let message = format!("{row} is no row of the matrices");
             let help = format!("give rows from 0 to {}", n - 1);
             let key = format!("load[{i}].displacement");
             return Err(scene.error(Issue::new(key, message, help)).into());
         }
-        None if vector.len() == n => rows.copy_from_slice(vector),
+        None if vector.len() == n => vector.iter().enumerate().for_each(|(row, f)| add(row, *f)),
         None => {
             let message = format!("{} numbers for {n} displacements", vector.len());
             let help = "give one number a row, or one number and displacement = 0";

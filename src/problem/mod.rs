@@ -44,6 +44,7 @@ use body::{assemble, contacts};
 use damping::{damping, rayleigh_of};
 pub use discretisation::changes_mass_at_switches;
 use discretisation::discretisation;
+pub use given::uneven_text;
 use given::{given_body, given_gaps_behind};
 pub use imported::{read as read_mesh, read_file as read_mesh_file};
 use initial::initial_state;
@@ -271,6 +272,7 @@ impl Problem {
         *system.loads_mut() = loads(scene, &system, &modes, &mut notes)?;
         notes.places.extend(elements::places(scene, &system.body)?);
         pairs::note(scene, &system.body, &mut notes);
+        given::note(scene, &system.body, &mut notes);
         let dampers = elements::dampers(scene, &system)?;
         elements::add(&mut system, dampers);
         let (bearings, borne) = bearings::bearings(scene, &system)?;

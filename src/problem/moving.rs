@@ -15,9 +15,10 @@
 
 use super::ProblemError;
 use crate::contact::System;
+use crate::fem::formats::DofName;
 use crate::fem::{Body, ContactPoint, Course, Loads};
 use crate::mesh::Point;
-use crate::scenario::{Direction, Issue, Scene, Support};
+use crate::scenario::{BodyKind, Direction, Issue, Scene, Support};
 
 /// The nodes that move with the supports on a group: all of it, or what of it supports hold that hold a part.
 fn nodes(scene: &Scene, body: &Body, group: &str) -> Vec<usize> {
@@ -35,6 +36,15 @@ fn nodes(scene: &Scene, body: &Body, group: &str) -> Vec<usize> {
 pub(super) fn field(scene: &Scene, body: &Body, group: &str, by: &[f64]) -> Vec<f64> {
     let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let mut field = vec![0.0; dim * mesh.n_nodes()];
+    if scene.body.kind == BodyKind::Matrices {
+        for (place, (k, name)) in scene.rows.held_rows().enumerate() {
+            if group.is_empty() || scene.rows.supports[k].0 == group {
+                let along = usize::from(name.direction).checked_sub(1).and_then(|c| by.get(c));
+                field[body.dofs.n_rows() + place] = along.copied().unwrap_or(0.0);
+            }
+        }
+        return field;
+    }
     for n in nodes(scene, body, group) {
         field[dim * n..dim * (n + 1)].copy_from_slice(&by[..dim]);
     }
@@ -50,6 +60,9 @@ pub(super) fn base(
     loads: &mut Loads,
 ) -> Result<(), ProblemError> {
     let body = &system.body;
+    if scene.body.kind == BodyKind::Matrices {
+        return base_of_rows(scene, system, (i, amplitude), course, loads);
+    }
     let dim = body.mesh.dim();
     let group = scene.loads[i].group();
     for (c, _) in amplitude.iter().enumerate().filter(|(_, a)| **a != 0.0) {
@@ -90,9 +103,49 @@ pub(super) fn base(
         let help = "put a row of elements between the support and the contact edge, or move another support";
         return Err(scene.error(Issue::new(format!("load[{i}].edge"), message, help)).into());
     }
-    let forces = body.forces_of_field(&field);
+    carry(system, field, course, loads);
+    Ok(())
+}
+
+/// Supports move along a field.
+fn carry(system: &System, field: Vec<f64>, course: &Course, loads: &mut Loads) {
+    let forces = system.body.forces_of_field(&field);
     follow(system, &forces, -1.0, course, loads);
-    loads.carried.push(body, field, forces, course);
+    loads.carried.push(&system.body, field, forces, course);
+}
+
+/// The load of supports of given matrices that move.
+fn base_of_rows(
+    scene: &Scene,
+    system: &System,
+    (i, amplitude): (usize, &[f64]),
+    course: &Course,
+    loads: &mut Loads,
+) -> Result<(), ProblemError> {
+    let group = scene.loads[i].group();
+    let fail = |message: String, help: &str| {
+        Err(scene.error(Issue::new(format!("load[{i}].amplitude"), message, help)).into())
+    };
+    for (c, _) in amplitude.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+        let holds = |(k, name): (usize, &DofName)| {
+            let is_moved = group.is_empty() || scene.rows.supports[k].0 == group;
+            is_moved && usize::from(name.direction) == c + 1
+        };
+        if !scene.rows.held_rows().any(holds) {
+            let axis = ["x", "y", "z"][c];
+            let message =
+                format!("moves along {axis}, and no support that moves holds a row there");
+            return fail(message, &format!("add \"{axis}\" to fix, or give 0 for it"));
+        }
+    }
+    let contact = scene.contact.as_ref();
+    if contact.is_some_and(|c| !c.is_reaction() && !c.moves_contact()) {
+        let message =
+            "moves supports, whose displacements the contact stress of rows does not know"
+                .to_owned();
+        return fail(message, "give stress = \"reaction\", or method = \"mass-redistribution\"");
+    }
+    carry(system, field(scene, &system.body, group, amplitude), course, loads);
     Ok(())
 }
 

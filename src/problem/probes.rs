@@ -14,9 +14,8 @@ pub(super) fn probes(scene: &Scene, body: &Body) -> Result<Vec<Probe>, ProblemEr
         let fail = |name: &str, message: String, help: String| {
             Err(scene.error(Issue::new(key(name), message, help)).into())
         };
-        // the last node of a body from matrices is the ground
-        let ground = usize::from(scene.body.kind == BodyKind::Matrices);
-        let count = body.mesh.n_nodes() - ground;
+        let of_rows = scene.body.kind == BodyKind::Matrices;
+        let count = if of_rows { body.dofs.n_rows() } else { body.mesh.n_nodes() };
         let spot = match (&probe.at, probe.group(), probe.node) {
             (Some(at), _, _) => {
                 let mut p = Point::default();
@@ -27,11 +26,14 @@ pub(super) fn probes(scene: &Scene, body: &Body) -> Result<Vec<Probe>, ProblemEr
             (_, _, node) => {
                 let node = node.unwrap_or_default();
                 if node >= count {
-                    let what = if ground == 1 { "rows" } else { "nodes" };
+                    let what = if of_rows { "rows" } else { "nodes" };
                     let message = format!("{node}: the {what} count from 0 to {}", count - 1);
                     return fail("node", message, format!("give a number below {count}"));
                 }
-                Spot::Node(node)
+                match of_rows {
+                    true => Spot::Rows(scene.rows.terms(node)),
+                    false => Spot::Node(node),
+                }
             }
         };
         let dim = body.mesh.dim();

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{Problem, ProblemError};
 use crate::contact::oracle;
 use crate::mesh::Element;
-use crate::scenario::{Contact, Issue, Scene};
+use crate::scenario::{BodyKind, Contact, Issue, Scene};
 
 impl Problem {
     /// A motion that nothing opposes is an error; one that ends at the obstacle is not.
@@ -17,12 +17,12 @@ impl Problem {
         if free.is_empty() || system.tangents().is_some() {
             return Ok(());
         }
-        // bodies from matrices have no parts that are known: one may fly
-        if scene.contact.as_ref().is_some_and(|c| c.against.is_some()) {
-            return Ok(());
-        }
         if scene.contact.as_ref().is_some_and(Contact::has_pairs) {
-            return self.check_floating(scene, &free);
+            return match scene.body.kind {
+                // their parts are not known: one may fly
+                BodyKind::Matrices => Ok(()),
+                _ => self.check_floating(scene, &free),
+            };
         }
         let fail = |message: &str| {
             let name = scene.body.kind.side_key();

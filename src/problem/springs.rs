@@ -38,7 +38,7 @@ pub(super) fn system(
     let (body, mut points, mut gap) = match scene.body.kind {
         BodyKind::Matrices => {
             let (body, rows, gap) = given_matrices(scene, false)?;
-            let points = at_displacements(&body, &rows.facing);
+            let points = at_displacements(&body, &rows);
             (body, points, gap)
         }
         _ => {

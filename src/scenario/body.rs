@@ -71,6 +71,10 @@ pub struct Body {
     /// The deck (`.inp`) that the matrices come from: sets and places of its nodes, for `[contact] nodes` and for gaps that are expressions of x, y and z.
     #[schemars(extend("examples" = ["block.inp"]))]
     pub deck: Option<PathBuf>,
+    /// What the rows of the matrices are called, where neither they nor a file beside them say (Abaqus's COORDINATE, OP4, Matrix Market, `.npz`): a list, a row a line, node and
+    /// direction (1 to 6, or x y z rx ry rz).
+    #[schemars(extend("examples" = ["rows.csv"]))]
+    pub names: Option<PathBuf>,
 }
 
 /// `state` of a body in the plane.
@@ -155,6 +159,7 @@ impl Body {
             ("stiffness_matrix", self.stiffness_matrix.is_some()),
             ("damping_matrix", self.damping_matrix.is_some()),
             ("deck", self.deck.is_some()),
+            ("names", self.names.is_some()),
         ];
         if let Some((key, _)) = files.iter().find(|f| f.1) {
             let message = "belongs to kind = \"matrices\", this body has elements";

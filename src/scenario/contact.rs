@@ -9,8 +9,9 @@ use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
 use super::coefficient;
 use super::counted::Counted;
+use super::given::Given;
 use super::meeting::{GapKey, Meeting, ProjectionKey, SidesKey};
-use super::nodes::NodesKey;
+use super::nodes::{DirectionKey, NodesKey};
 use super::number::{Check, finite, length, positive};
 use super::portion::{Keys, Portion};
 use super::side::{EdgeKey, side};
@@ -22,23 +23,10 @@ use super::{
 /// `[contact]`, or all tables `[[contact]]`: rigid obstacles and one contact method.
 #[derive(Debug, Clone, Default)]
 pub struct Contact {
-    /// The obstacles, one a table; of kind `matrices` one.
+    /// The obstacles, one a table.
     pub obstacles: Vec<Obstacle>,
     /// Written as `[[contact]]`.
     is_list: bool,
-    /// Gaps, one number a contact displacement (kind `matrices`).
-    pub gaps: Option<Vec<f64>>,
-    /// The contact displacements, as rows of the matrices counted from 0, positive towards the obstacle (kind `matrices`).
-    pub displacements: Option<Vec<usize>>,
-    /// In their place nodes, and the direction of the obstacle from them (kind `matrices`).
-    pub(super) nodes: Option<NodesKey>,
-    pub(super) direction: Option<String>,
-    /// What each contact displacement is counted against, where bodies meet (kind `matrices`).
-    pub against: Option<Vec<Counted>>,
-    /// The displacements along the obstacle, as rows of the matrices, one a contact displacement (kind `matrices`).
-    pub tangents: Option<Vec<usize>>,
-    /// What these are counted against (kind `matrices`).
-    pub tangents_against: Option<Vec<Counted>>,
     /// What tangential displacements of contact points are like.
     pub tangent: Option<TangentKey>,
     /// File of `N_C` (kind `matrices`), `n_C × n_C` in the order of `displacements`.
@@ -98,12 +86,19 @@ pub struct Obstacle {
     pub friction: Option<f64>,
     /// Velocity of the obstacle's surface along itself.
     pub surface: Option<Vec<f64>>,
+    /// What faces it of a body of matrices.
+    pub given: Given,
 }
 
 impl Obstacle {
     /// Coulomb's coefficient, where there is friction.
     pub(crate) fn coefficient(&self) -> Option<f64> {
         self.friction.filter(|mu| *mu > 0.0)
+    }
+
+    /// Whether another surface, or other displacements of given matrices, are met.
+    pub(super) fn meets(&self) -> bool {
+        self.meeting.is_some() || self.given.against.is_some()
     }
 }
 
@@ -147,9 +142,11 @@ pub(super) struct Table {
     /// their names, or a set of `body.deck`.
     #[schemars(extend("examples" = [[12, 17], "TIP"]))]
     nodes: Option<NodesKey>,
-    /// Bodies from matrices with `nodes`: where the obstacle is, `x`, `y`, `z`, with a minus the other way. Contact rows count towards it everywhere: in files, loads and probes too.
-    #[schemars(extend("examples" = ["x", "-z"]))]
-    direction: Option<String>,
+    /// Bodies from matrices with `nodes`: where the obstacle is, `x`, `y`, `z`, with a minus the other way: contact rows count towards it everywhere, in files, loads and probes too. Or a
+    /// vector of any length and direction: rows of these nodes are then `101.n`, towards the obstacle, and `101.t` across it (in space `t1`, `t2`), in files and results; loads, probes
+    /// and elements that name `101.1` keep to its axis.
+    #[schemars(extend("examples" = ["x", "-z", [0.6, 0.8, 0.0]]))]
+    direction: Option<DirectionKey>,
     /// A pair of surfaces, in place of `edge` or `group`: the group whose nodes are contact nodes, the coarser one, or the one that the other covers.
     #[schemars(extend("examples" = ["block-foot"]))]
     slave: Option<String>,
@@ -192,8 +189,8 @@ pub(super) struct Table {
     /// this velocity alone: it is to be larger than those of the body, and where a node comes to rest on the surface the run ends.
     #[schemars(extend("examples" = [[0.0, 0.05]]))]
     surface: Option<Vec<f64>>,
-    /// Bodies from matrices with `friction`: the displacements along the obstacle, as rows of the matrices, one a contact displacement.
-    #[schemars(with = "Option<Vec<super::names::Row>>", extend("examples" = [[1, 3]]))]
+    /// Bodies from matrices with `friction`: the displacements along the obstacle, as rows of the matrices, one a contact displacement. With `nodes` of a body in the plane they follow.
+    #[schemars(with = "Option<Vec<super::names::Row>>", extend("examples" = [[1, 3], ["101.2", "102.t"]]))]
     tangents: Option<Vec<usize>>,
     /// Bodies from matrices with `friction` and `against`: what each displacement of `tangents` is counted against, likewise.
     #[schemars(extend("examples" = [[11, 13]]))]
@@ -299,14 +296,6 @@ impl Tables {
             let message = "is missing, and another obstacle moves: they move together";
             return Err(Issue::new(self.key(still, "motion"), message, "give all the same motion"));
         }
-        if let Some(k) = (1..self.all.len()).find(|_| kind == BodyKind::Matrices) {
-            let message = "a body of matrices has one table of contact displacements";
-            return Err(Issue::new(
-                format!("contact[{k}]"),
-                message,
-                "list all displacements in it",
-            ));
-        }
         let obstacle = |(k, t): (usize, &Table)| {
             let (group, meeting) = self.faces(kind, k, t)?;
             let portion = self.portion(kind, k, t)?.map(|portion| (group.clone(), portion));
@@ -322,6 +311,16 @@ impl Tables {
             };
             let (plane, gap_behind) = (t.plane.clone(), t.gap_behind.clone());
             let (friction, surface) = (t.friction, t.surface.clone());
+            let given = Given {
+                displacements: t.displacements.clone(),
+                // of bodies of elements they are a portion of a group
+                nodes: t.nodes.clone().filter(|_| kind == BodyKind::Matrices),
+                direction: t.direction.clone(),
+                gaps: t.gaps.clone(),
+                against: t.against.clone(),
+                tangents: t.tangents.clone(),
+                tangents_against: t.tangents_against.clone(),
+            };
             Ok(Obstacle {
                 group,
                 portion,
@@ -332,21 +331,12 @@ impl Tables {
                 gap_behind,
                 friction,
                 surface,
+                given,
             })
         };
         Ok(Some(Contact {
             obstacles: self.all.iter().enumerate().map(obstacle).collect::<Result<_, Issue>>()?,
             is_list: self.is_list,
-            gaps: self.one("gaps", |t| &t.gaps)?,
-            displacements: self.one("displacements", |t| &t.displacements)?,
-            nodes: match kind {
-                BodyKind::Matrices => self.one("nodes", |t| &t.nodes)?,
-                _ => None,
-            },
-            direction: self.one("direction", |t| &t.direction)?,
-            against: self.one("against", |t| &t.against)?,
-            tangents: self.one("tangents", |t| &t.tangents)?,
-            tangents_against: self.one("tangents_against", |t| &t.tangents_against)?,
             tangent: self.one("tangent", |t| &t.tangent)?,
             n_c: self.one("n_c", |t| &t.n_c)?,
             n_o: self.one("n_o", |t| &t.n_o)?,
@@ -516,11 +506,6 @@ impl Contact {
         self.obstacles.iter().position(chosen)
     }
 
-    /// Whether contact displacements of matrices were given by nodes.
-    pub fn by_nodes(&self) -> bool {
-        self.nodes.is_some()
-    }
-
     /// What contact at chosen nodes goes with.
     fn check_nodes(&self) -> Check {
         let Some(k) = self.at_nodes() else { return Ok(()) };
@@ -629,7 +614,7 @@ impl Contact {
             if self.is_massless_along() {
                 let behind = self.obstacles.iter().any(|o| o.gap_behind.is_some());
                 let others = [
-                    (self.has_pairs() || self.against.is_some(), "pairs of surfaces"),
+                    (self.has_pairs(), "pairs of surfaces"),
                     (behind, "obstacles behind (gap_behind)"),
                     (self.swings() || self.motion.is_some(), "obstacles that move"),
                     (self.at_nodes().is_some() || self.by_nodes(), "contact at chosen nodes"),
@@ -642,21 +627,22 @@ impl Contact {
             }
             return Ok(());
         }
-        for (key, given) in [
-            ("tangents", self.tangents.is_some()),
-            ("tangents_against", self.tangents_against.is_some()),
-            ("tangent", self.tangent.is_some()),
-        ] {
-            if given {
-                let message = "is not read without friction";
-                return Err(Issue::new(
-                    self.key(0, key),
-                    message,
-                    "remove the key, or give friction",
-                ));
+        let message = "is not read without friction";
+        let unread =
+            |key: String| Err(Issue::new(key, message, "remove the key, or give friction"));
+        for (k, o) in self.obstacles.iter().enumerate() {
+            let of_table = [
+                ("tangents", o.given.tangents.is_some()),
+                ("tangents_against", o.given.tangents_against.is_some()),
+            ];
+            if let Some((key, _)) = of_table.iter().find(|key| key.1) {
+                return unread(self.key(k, key));
             }
         }
-        Ok(())
+        match self.tangent {
+            Some(_) => unread(self.key(0, "tangent")),
+            None => Ok(()),
+        }
     }
 
     /// The keys that a method does not read.
@@ -722,11 +708,6 @@ impl Contact {
         key(self.is_list, obstacle, name)
     }
 
-    /// The gap of the first table.
-    pub fn gap(&self) -> Option<&Field> {
-        self.obstacles.first().and_then(|o| o.gap.as_ref())
-    }
-
     /// Whether contact displacements are among those that move by themselves.
     pub(crate) fn moves_contact(&self) -> bool {
         self.has_springs() || self.has_impacts()
@@ -755,21 +736,17 @@ impl Scene {
         if self.body.kind == BodyKind::Matrices {
             return self.check_given_contact();
         }
-        for (key, given) in [
-            ("gaps", c.gaps.is_some()),
-            ("displacements", c.displacements.is_some()),
-            ("direction", c.direction.is_some()),
-            ("against", c.against.is_some()),
-            ("tangents", c.tangents.is_some()),
-            ("tangents_against", c.tangents_against.is_some()),
+        let of_tables = c.obstacles.iter().enumerate();
+        let of_tables = of_tables.filter_map(|(k, o)| Some((k, o.given.first()?)));
+        let shared = [
             ("n_c", c.n_c.is_some()),
             ("n_o", c.n_o.is_some()),
             ("stress", matches!(c.stress, Some(StressKey::Terms(_)))),
-        ] {
-            if given {
-                let message = "belongs to body.kind = \"matrices\"";
-                return Err(Issue::new(c.key(0, key), message, "give edge and gap"));
-            }
+        ];
+        let shared = shared.iter().filter(|key| key.1).map(|key| (0, key.0));
+        if let Some((k, key)) = of_tables.chain(shared).next() {
+            let message = "belongs to body.kind = \"matrices\"";
+            return Err(Issue::new(c.key(k, key), message, "give edge and gap"));
         }
         for (k, obstacle) in c.obstacles.iter().enumerate() {
             self.check_obstacle(obstacle, |name| c.key(k, name))?;
@@ -814,127 +791,5 @@ impl Scene {
                 positive(&key("plane.normal"), size)
             }
         }
-    }
-
-    fn check_given_contact(&self) -> Check {
-        let Some(c) = &self.contact else { return Ok(()) };
-        let issue =
-            |key: &str, message: &str, help: &str| Err(Issue::new(c.key(0, key), message, help));
-        if c.motion.is_some() {
-            return issue(
-                "motion",
-                "needs a body of elements: what moves with the obstacle follows from its shape",
-                "remove it",
-            );
-        }
-        if c.obstacles.iter().any(|o| o.plane.is_some()) {
-            return issue("plane", "needs a body of elements", "give gap, or gaps");
-        }
-        if let Some((_, portion)) = c.obstacles.first().and_then(|o| o.portion.as_ref()) {
-            portion.check(self, &|name| c.key(0, name))?;
-        }
-        if c.displacements.as_ref().is_none_or(Vec::is_empty) {
-            return issue(
-                "displacements",
-                "is missing",
-                "displacements = [66, 67], rows of the matrices counted from 0; or nodes and direction",
-            );
-        }
-        match (c.gap(), &c.gaps) {
-            (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
-            (Some(Field::Expression { .. }), None) if c.swings() => {
-                let message = "moves in time, which is for bodies of elements";
-                return issue("gap", message, "give a number, and [[load]] on the contact rows");
-            }
-            (Some(Field::Expression { .. }), None) if self.body.deck.is_some() => {}
-            (given, list) => {
-                let count = c.displacements.as_ref().map_or(1, Vec::len);
-                let example = format!(
-                    "gap = 1.0 for all, or gaps = [{}]: one number a contact displacement",
-                    vec!["1.0"; count.min(4)].join(", ") + if count > 4 { ", …" } else { "" }
-                );
-                let message = match (given, list) {
-                    (Some(_), Some(_)) => "stands beside gaps: one of them is enough",
-                    (Some(_), None) => {
-                        "is an expression, and a body from matrices has no places without body.deck"
-                    }
-                    _ => "is missing",
-                };
-                return Err(Issue::new(c.key(0, "gap"), message, example));
-            }
-        }
-        let behind = c.obstacles.first().and_then(|o| o.gap_behind.as_ref());
-        if matches!(behind, Some(Field::Expression { .. })) {
-            return issue("gap_behind", "give a number, and no expression", "gap_behind = 1.0");
-        }
-        if c.has_springs() {
-            return self.check_given_springs(c);
-        }
-        if c.has_impacts() {
-            let message = "needs elements, and this body comes from files";
-            return issue("method", message, "give method = \"penalty\" and a stiffness");
-        }
-        if c.mass == Some(RedistributedMass::Optimal) {
-            let message = "needs a mesh: positions decide which moments are kept";
-            return issue("mass", message, "give mass = \"condensed\"");
-        }
-        if let Some(all) = &c.against {
-            let count = c.displacements.as_ref().map_or(0, Vec::len);
-            if all.len() != count {
-                let message = format!("{} entries for {count} contact displacements", all.len());
-                let help = "give a row, or a list of [row, weight], for each";
-                return Err(Issue::new(c.key(0, "against"), message, help));
-            }
-            if c.obstacles.iter().any(|o| o.gap_behind.is_some()) {
-                let message = "is that of a rigid obstacle, and these displacements meet others";
-                return issue("gap_behind", message, "remove it");
-            }
-            if !c.is_reaction() {
-                let message = "bodies that meet take nodal reactions";
-                let help = "remove stress, n_c and n_o, or give stress = \"reaction\"";
-                return issue(if c.stress.is_some() { "stress" } else { "n_c" }, message, help);
-            }
-        }
-        match (&c.n_c, &c.n_o, &c.stress, c.is_reaction()) {
-            (None, None, None | Some(StressKey::Reaction), true) => Ok(()),
-            (Some(_), _, _, true) | (_, Some(_), _, true) => issue(
-                if c.n_c.is_some() { "n_c" } else { "n_o" },
-                "is not read: with nodal reactions the operator is rows of the stiffness matrix",
-                "remove n_c and n_o",
-            ),
-            (Some(_), Some(_), None, _) | (None, None, Some(StressKey::Terms(_)), _) => Ok(()),
-            (_, _, Some(StressKey::Projection | StressKey::NodalMean), _) => issue(
-                "stress",
-                "a stress of the displacement field needs elements, and this body comes from files",
-                "give stress = \"reaction\", or n_c and n_o, or lists of [displacement, coefficient]",
-            ),
-            _ => issue(
-                "n_c",
-                "the boundary operator is n_c and n_o, or a nodal one as stress",
-                "n_c = \"N_C.mtx\", n_o = \"N_O.mtx\", or stress = \"reaction\"",
-            ),
-        }
-    }
-
-    /// Springs at displacements of a body of matrices.
-    fn check_given_springs(&self, c: &Contact) -> Check {
-        let issue =
-            |key: &str, message: &str, help: &str| Err(Issue::new(c.key(0, key), message, help));
-        if c.method == ContactMethod::Nitsche {
-            let message =
-                "\"nitsche\" needs elements, whose stress it reads, and this body comes from files";
-            return issue("method", message, "give method = \"penalty\" and a stiffness");
-        }
-        if c.stiffness.is_none() {
-            let message =
-                "is missing: force over penetration of the spring at each contact displacement";
-            return issue("stiffness", message, "stiffness = 100.0");
-        }
-        for (key, given) in [("n_c", c.n_c.is_some()), ("n_o", c.n_o.is_some())] {
-            if given {
-                return issue(key, "is not read: springs push at displacements", "remove it");
-            }
-        }
-        Ok(())
     }
 }

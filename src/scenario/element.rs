@@ -329,7 +329,11 @@ impl Scene {
     /// Where an element is, in words: rows by their names, or their numbers in the files.
     pub(crate) fn ends_name(&self, ends: &Ends) -> String {
         let word = |end: &End| match end {
-            End::Row(row) if self.rows.has_labels() => self.rows.label(*row),
+            // along the axis of its name
+            End::Row(row) if self.rows.has_labels() => match self.rows.name(*row) {
+                Some(name) => name.to_string(),
+                None => self.rows.label(*row),
+            },
             other => other.to_string(),
         };
         match &ends.to {

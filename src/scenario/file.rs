@@ -41,6 +41,7 @@ impl Scene {
         let bodies = self.bodies().into_iter().map(|(key, b)| (format!("{key}.file"), &b.file));
         let others = bodies.chain([
             ("body.deck".to_owned(), &self.body.deck),
+            ("body.names".to_owned(), &self.body.names),
             ("initial.file".to_owned(), &self.initial.file),
         ]);
         let others = others.filter_map(|(key, p)| Some((key, path(p.as_ref()?))));

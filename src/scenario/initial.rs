@@ -112,7 +112,10 @@ impl Scene {
                 count_from_one("initial.mode", m)?;
                 finite("initial.amplitude", a)?;
                 let scalable = match &self.contact {
-                    Some(c) => !matches!(c.gap(), Some(Field::Constant(0.0))),
+                    Some(c) => {
+                        let first = c.obstacles.first().and_then(|o| o.gap.as_ref());
+                        !matches!(first, Some(Field::Constant(0.0)))
+                    }
                     None => true,
                 };
                 if !scalable && !s.equilibrium {

@@ -17,7 +17,7 @@ pub struct Load {
     pub mode: Option<usize>,
     /// Kinds `traction`, `base`: the edge of a bar or plate.
     edge: Option<EdgeKey>,
-    /// Kinds `traction`, `base`: the physical group of a mesh.
+    /// Kinds `traction`, `base`: the physical group of a mesh. Kind `base` of bodies from matrices: the set that a support holds; absent: all supports move.
     group: Option<String>,
     /// Kind `point`: where; the load acts on the nearest node. A place further than half an element from the body is refused.
     #[schemars(extend("examples" = [[1.0, 0.25]]))]
@@ -51,7 +51,7 @@ pub enum LoadKind {
     Traction,
     /// A force at a node.
     Point,
-    /// The supports on an edge or group move by the amplitude.
+    /// The supports on an edge or group move by the amplitude; those of bodies from matrices, where the scene holds their rows, by x, y and z.
     Base,
     /// Forces on the displacements of a body from matrices.
     Force,
@@ -73,7 +73,10 @@ impl Scene {
         if let Some(m) = l.mode {
             count_from_one(&key(i, "mode"), m)?;
         }
-        if matches!(l.kind, LoadKind::Traction | LoadKind::Base) {
+        let of_matrices = self.body.kind == BodyKind::Matrices;
+        if l.kind == LoadKind::Base && of_matrices {
+            self.check_base_of_rows(i)?;
+        } else if matches!(l.kind, LoadKind::Traction | LoadKind::Base) {
             side(
                 self.body.kind,
                 &format!("load[{i}]"),
@@ -85,11 +88,6 @@ impl Scene {
         if l.kind == LoadKind::Force && self.body.kind != BodyKind::Matrices {
             let message = "\"force\" acts on rows of matrices, and this body has elements";
             let help = "give kind = \"point\", \"traction\" or \"gravity\"";
-            return Err(Issue::new(key(i, "kind"), message, help));
-        }
-        if l.kind == LoadKind::Base && self.body.kind == BodyKind::Matrices {
-            let message = "a body from matrices does not know its supports";
-            let help = "give the forces that it brings in as loads of another kind";
             return Err(Issue::new(key(i, "kind"), message, help));
         }
         if let Some(at) = &l.at {
@@ -107,6 +105,42 @@ impl Scene {
             }
         }
         Ok(())
+    }
+
+    /// Supports of given matrices that move: those on a set of the deck, or all of them.
+    fn check_base_of_rows(&self, i: usize) -> Check {
+        let l = &self.loads[i];
+        let supports = &self.rows.supports;
+        let help = "hold them in the scene: [[support]] nodes = \"BASE\" (a set of body.deck, or numbers), fix = [\"x\", \"y\", \"z\"], of matrices that have these rows";
+        if self.rows.missing.is_some() {
+            return Ok(());
+        }
+        if supports.iter().all(|s| s.1.is_empty()) {
+            let message =
+                "moves supports, and what the program of the matrices holds is no row of them";
+            return Err(Issue::new(key(i, "kind"), message, help));
+        }
+        if self.rows.superelement.is_some() {
+            let message = "moves supports, whose rows the free-interface form does not have";
+            return Err(Issue::new(key(i, "kind"), message, "leave [reduction] out"));
+        }
+        if l.edge.is_some() {
+            let message = "a body from matrices has no edges";
+            return Err(Issue::new(
+                key(i, "edge"),
+                message,
+                "group = \"BASE\", a set that a support holds; absent: all supports",
+            ));
+        }
+        match &l.group {
+            Some(group) if !supports.iter().any(|s| s.0 == *group) => {
+                let all: Vec<&str> = supports.iter().map(|s| &s.0[..]).collect();
+                let help =
+                    format!("give one of {}, or leave it out: all supports move", all.join(", "));
+                Err(Issue::new(key(i, "group"), format!("\"{group}\" is held by no support"), help))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// One number or a vector, as the kind needs.
@@ -127,6 +161,14 @@ impl Scene {
                 Some(_) => Err(Issue::new(key, "is a list beside displacement", "give one number")),
                 None => v.iter().try_for_each(|&a| finite(&key, a)),
             },
+            (Amplitude::Vector(v), LoadKind::Base) if self.body.kind == BodyKind::Matrices => {
+                length(&key, v.len(), 3, "[0.0, 0.0, 1e-3]")?;
+                v.iter().try_for_each(|&a| finite(&key, a))
+            }
+            (Amplitude::Scalar(_), LoadKind::Base) if self.body.kind == BodyKind::Matrices => {
+                let message = "needs the x, y and z components";
+                Err(Issue::new(key, message, "amplitude = [0.0, 0.0, 1e-3]"))
+            }
             (Amplitude::Scalar(a), _) if kind == LoadKind::Mode || self.dim() == 1 => {
                 finite(&key, *a)
             }

@@ -64,10 +64,11 @@ impl Scene {
 
     /// Tables that need a mesh.
     fn check_no_mesh(&self) -> Check {
-        let needs_mesh = |l: &Load| !matches!(l.kind, LoadKind::Mode | LoadKind::Force);
+        let needs_mesh =
+            |l: &Load| !matches!(l.kind, LoadKind::Mode | LoadKind::Force | LoadKind::Base);
         if let Some(i) = self.loads.iter().position(needs_mesh) {
             let message = "needs a mesh, and this body comes from files";
-            let help = "give kind = \"force\" or kind = \"mode\"";
+            let help = "give kind = \"force\", \"mode\" or \"base\"";
             return Err(Issue::new(format!("load[{i}].kind"), message, help));
         }
         if self.initial.displacement.is_some() || self.initial.velocity.is_some() {

@@ -98,7 +98,7 @@ impl<'de> Deserialize<'de> for GapKey {
 impl Contact {
     /// Whether bodies meet: some table is a pair of surfaces, or displacements of matrices are counted against others.
     pub fn has_pairs(&self) -> bool {
-        self.against.is_some() || self.obstacles.iter().any(|o| o.meeting.is_some())
+        self.obstacles.iter().any(Obstacle::meets)
     }
 
     /// The key by which a table names its side of the body.
@@ -109,8 +109,7 @@ impl Contact {
 
     /// What pairs do not go with.
     pub(super) fn check_pairs(&self) -> Check {
-        let meets = |o: &Obstacle| self.against.is_some() || o.meeting.is_some();
-        let Some(first) = self.obstacles.iter().position(meets) else {
+        let Some(first) = self.obstacles.iter().position(Obstacle::meets) else {
             if self.sides.is_some() {
                 let message = "is not read: no table has a slave and a master";
                 return Err(Issue::new(self.key(0, "sides"), message, "remove the key"));

@@ -16,6 +16,7 @@ mod elements;
 mod error;
 mod expression;
 mod file;
+mod given;
 mod included;
 mod initial;
 mod load;
@@ -38,6 +39,7 @@ mod side;
 mod superelement;
 mod support;
 mod swing;
+mod turned;
 
 use std::path::{Path, PathBuf};
 
@@ -61,6 +63,7 @@ pub use error::SceneError;
 pub(crate) use error::{from_toml as misread, locate};
 pub use expression::{Amplitude, Field};
 pub use file::FileName;
+pub use given::Given;
 pub use included::Whole;
 pub use initial::Components;
 pub(crate) use initial::Initial;
@@ -86,6 +89,7 @@ pub use superelement::Superelement;
 pub use support::Direction;
 pub(crate) use support::Support;
 pub use swing::{Swings, Wave};
+pub use turned::Turned;
 
 /// A body, its supports, an obstacle, loads, an initial state, and what is to be computed, in coherent units of your choice. Unknown keys are errors; a
 /// table that is absent costs nothing.

@@ -9,9 +9,11 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use toml::de::{DeTable, DeValue};
 
 use super::nodes::{AXES, in_set, places_of};
+use super::turned::Turned;
 use super::{FileName, Issue, Superelement};
 use crate::fem::formats::{
-    DofName, may_have_names, parse_dof_names, parse_mapping, parse_name, read_matrix,
+    DofName, may_have_names, parse_dof_names, parse_mapping, parse_name, parse_name_list,
+    read_matrix,
 };
 use crate::mesh::Point;
 
@@ -25,7 +27,7 @@ impl JsonSchema for Row {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({"anyOf": [
             {"type": "integer", "minimum": 0, "description": "A row of the matrices, counted from 0."},
-            {"type": "string", "pattern": "^-?[A-Za-z0-9_.-]+\\.[0-6]$", "description": "Node and direction, `\"109.3\"`, where the matrices have names."},
+            {"type": "string", "pattern": "^-?[A-Za-z0-9_.-]+\\.([0-6]|t[12]?)$", "description": "Node and direction, `\"109.3\"`, where the matrices have names; of `tangents` before an oblique obstacle `\"109.t\"`."},
         ]})
     }
 }
@@ -39,8 +41,12 @@ pub struct RowNames {
     pub of_file: Vec<DofName>,
     /// Displacements that the program holds, and that its mass may have all the same; and those that supports of the scene hold. They are no rows.
     pub held: Vec<DofName>,
-    /// Rows that count the other way: contact displacements whose names have a minus.
-    pub flipped: Vec<usize>,
+    /// Rows of the files that count along other directions: contact displacements whose names have a minus, and those of nodes before oblique obstacles.
+    pub turned: Vec<Turned>,
+    /// Keys of tangents that are called by what they are before an oblique obstacle, `101.t`.
+    pub(super) across: HashMap<String, String>,
+    /// What supports of the scene hold: their sets, or their keys, with the rows of the files. Each row belongs to the first that holds it.
+    pub supports: Vec<(String, Vec<DofName>)>,
     /// Why nobody says.
     pub(super) unnamed: Option<String>,
     /// What stays of them, where modes stand for all others: `names` are those of the files.
@@ -68,14 +74,29 @@ impl RowNames {
 
     /// What a row of the body is called: by its name, else by its number in the files.
     pub fn label(&self, row: usize) -> String {
-        let of_file =
-            |row: usize| self.names.get(row).map_or_else(|| row.to_string(), DofName::to_string);
+        let of_file = |row: usize| {
+            let Some(name) = self.names.get(row) else { return row.to_string() };
+            let across = self.turned.iter().find_map(|t| t.suffix(row));
+            across.map_or_else(|| name.to_string(), |suffix| format!("{}.{suffix}", name.node))
+        };
         match &self.superelement {
             None => of_file(row),
             Some(kept) => match kept.rows.get(row) {
                 Some(row) => of_file(*row),
                 None => format!("mode.{}", row + 1 - kept.rows.len()),
             },
+        }
+    }
+
+    /// The displacement along the axis of a row of the body: the row itself, but for those of nodes before oblique obstacles.
+    pub fn terms(&self, row: usize) -> Vec<(usize, f64)> {
+        let kept = self.superelement.as_ref().map(|s| &s.rows);
+        let of_file = kept.map_or(Some(row), |rows| rows.get(row).copied());
+        let place = |i: usize| kept.map_or(i, |rows| rows.binary_search(&i).unwrap_or(row));
+        let mut oblique = self.turned.iter().filter(|t| !t.is_flip());
+        match of_file.and_then(|i| oblique.find_map(|t| t.terms(i))) {
+            Some(terms) => terms.map(|(a, b)| (place(a), b)).collect(),
+            None => vec![(row, 1.0)],
         }
     }
 
@@ -86,6 +107,12 @@ impl RowNames {
             Some(kept) => kept.rows.len() + kept.modes,
         };
         (0..count).map(|row| self.label(row)).collect()
+    }
+
+    /// The rows of the files that supports of the scene hold, in the order in which they stand behind those of the body, with the support of each.
+    pub fn held_rows(&self) -> impl Iterator<Item = (usize, &DofName)> {
+        let supports = self.supports.iter().enumerate();
+        supports.flat_map(|(k, support)| support.1.iter().map(move |name| (k, name)))
     }
 }
 
@@ -111,7 +138,7 @@ const ROWS: [(&str, &str); 14] = [
 ];
 
 /// What helps where rows have no names.
-pub(super) const NAME_THEM: &str = "give rows, counted from 0; or put the names beside the matrices: .dof of CalculiX, .mapping of Ansys, MATRIX INPUT of Abaqus";
+pub(super) const NAME_THEM: &str = "give rows, counted from 0; or put the names beside the matrices: .dof of CalculiX, .mapping of Ansys, MATRIX INPUT of Abaqus; or list them: [body] names = \"rows.csv\"";
 
 /// The text with numbers in place of names, and what is known of them; an issue where a name is none.
 pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), Issue> {
@@ -126,22 +153,37 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
         return Ok(same());
     };
     let folder = path.parent().unwrap_or(Path::new(""));
-    let (names, mut held) =
-        names_of(folder, &file).map_or_else(|why| (Err(why), vec![]), |n| (Ok(n.0), n.1));
+    let listed = word("names").map(|list| listed(folder, &list)).transpose()?;
+    let unread = listed.as_ref().and_then(|list| list.as_ref().err()).cloned();
+    let found = match listed {
+        None => names_of(folder, &file),
+        Some(list) => list.map(|names| (names, vec![])),
+    };
+    let (names, mut held) = found.map_or_else(|why| (Err(why), vec![]), |n| (Ok(n.0), n.1));
     let of_file = names.clone().unwrap_or_default();
     let own = supported(root.get_ref(), &of_file, (folder, word("deck").as_deref()))?;
+    let taken: HashSet<&DofName> = own.iter().flat_map(|s| &s.1).collect();
     let names = names.map(|mut names| {
-        names.retain(|name| !own.contains(name));
+        names.retain(|name| !taken.contains(name));
         names
     });
-    held.extend(own);
+    held.extend(taken.into_iter().cloned());
     let known: HashMap<String, usize> = match &names {
         Ok(names) => names.iter().enumerate().map(|(k, name)| (name.to_string(), k)).collect(),
         Err(_) => HashMap::new(),
     };
     let known_names = names.clone().unwrap_or_default();
     let unnamed = names.as_ref().err().cloned();
-    let mut found = RowNames { names: known_names, of_file, held, unnamed, ..RowNames::default() };
+    let missing = unread.map(|why| Issue::new("body.names", why, LIST));
+    let mut found = RowNames {
+        names: known_names,
+        of_file,
+        held,
+        supports: own,
+        unnamed,
+        missing,
+        ..RowNames::default()
+    };
     let mut out = text.to_owned();
     let mut placed: Vec<(std::ops::Range<usize>, String)> = vec![];
     for (table, key) in ROWS {
@@ -156,6 +198,12 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
                     format!("\"{word}\": a minus turns contact displacements, and no others");
                 return Err(Issue::new(place, message, format!("give \"{name}\"")));
             }
+            let suffix = word.rsplit_once('.').map(|(_, suffix)| suffix);
+            if key == "tangents" && matches!(suffix, Some("t" | "t1" | "t2")) {
+                found.across.insert(place, word.to_owned());
+                placed.push((value.span(), "0".to_owned()));
+                continue;
+            }
             let row = match (known.get(name), &names) {
                 (Some(row), _) => *row,
                 (None, Ok(names)) => return Err(unknown(place, name, names)),
@@ -167,7 +215,7 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
                 }
             };
             if minus {
-                found.flipped.push(row);
+                found.turned.push(Turned::flip(row));
             }
             placed.push((value.span(), row.to_string()));
         }
@@ -185,10 +233,10 @@ fn supported(
     root: &DeTable,
     names: &[DofName],
     (folder, deck): (&Path, Option<&str>),
-) -> Result<HashSet<DofName>, Issue> {
-    let mut held = HashSet::new();
+) -> Result<Vec<(String, Vec<DofName>)>, Issue> {
+    let (mut held, mut all) = (HashSet::new(), vec![]);
     let Some(DeValue::Array(tables)) = root.get("support").map(|t| t.get_ref()) else {
-        return Ok(held);
+        return Ok(all);
     };
     let known: HashSet<&DofName> = names.iter().collect();
     for (k, table) in tables.iter().enumerate() {
@@ -216,6 +264,8 @@ fn supported(
             (1..).zip(AXES).find(|(_, axis)| *axis == word).map(|(number, _)| number)
         };
         let axes: Vec<u8> = fix.into_iter().flatten().filter_map(axis).collect();
+        let set = own.get("nodes").and_then(|v| v.get_ref().as_str());
+        let mut of_support = vec![];
         for node in nodes {
             let of = |direction: &u8| DofName { node: node.clone(), direction: *direction };
             let rows: Vec<DofName> = axes.iter().map(of).filter(|n| known.contains(n)).collect();
@@ -226,10 +276,11 @@ fn supported(
                     names,
                 ));
             }
-            held.extend(rows);
+            of_support.extend(rows.into_iter().filter(|row| held.insert(row.clone())));
         }
+        all.push((set.map_or_else(|| format!("support[{k}]"), str::to_owned), of_support));
     }
-    Ok(held)
+    Ok(all)
 }
 
 /// The values of a key of a table, or of all tables of its name, items of lists one by one; each with its key.
@@ -273,6 +324,22 @@ pub fn names_beside(path: &Path) -> Option<Result<Vec<DofName>, String>> {
         Some(parse(&text).map_err(|why| format!("{}: {why}", beside.display())))
     })
 }
+
+/// The names in a list that the scene gives; why it cannot be read.
+fn listed(folder: &Path, list: &str) -> Result<Result<Vec<DofName>, String>, Issue> {
+    let path = folder.join(list);
+    let of_file = |why: String| format!("{}: {why}", path.display());
+    match std::fs::read_to_string(&path) {
+        Err(e) => Ok(Err(of_file(e.to_string()))),
+        Ok(text) => match parse_name_list(&text) {
+            Ok(names) => Ok(Ok(names)),
+            Err(why) => Err(Issue::new("body.names", of_file(why), LIST)),
+        },
+    }
+}
+
+/// What a list of names is.
+const LIST: &str = "give a file of lines such as 109,3: node and direction, a line a row";
 
 /// The names of the rows of a matrix, from its file or from one beside it, and those of what is held.
 fn names_of(folder: &Path, file: &str) -> Result<(Vec<DofName>, Vec<DofName>), String> {

@@ -7,9 +7,11 @@ use std::path::Path;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
+use super::element::End;
 use super::names::{NAME_THEM, unknown};
 use super::number::Check;
-use super::{BodyKind, Field, Issue, Scene, Whole};
+use super::turned::Turned;
+use super::{BodyKind, Field, Issue, RowNames, Scene, Whole};
 use crate::fem::formats::DofName;
 use crate::mesh::deck::{self, Places};
 
@@ -19,6 +21,26 @@ use crate::mesh::deck::{self, Places};
 pub(super) enum NodesKey {
     Numbers(Vec<i64>),
     Set(String),
+}
+
+/// Where an obstacle is from its nodes: an axis, with a minus the other way, or a vector.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "an axis, \"x\" or \"-z\", or a vector, [0.6, 0.8, 0.0]")]
+pub(super) enum DirectionKey {
+    Axis(String),
+    Vector(Vec<f64>),
+}
+
+impl JsonSchema for DirectionKey {
+    fn schema_name() -> Cow<'static, str> {
+        "Towards".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "string", "description": "An axis: `\"x\"`, `\"-z\"`."},
+            {"type": "array", "items": {"type": "number"}, "description": "A vector, of any length."},
+        ]})
+    }
 }
 
 impl JsonSchema for NodesKey {
@@ -54,35 +76,132 @@ impl Scene {
             places.nodes.iter().map(|(n, place)| (n.to_string(), *place)).collect();
         let of_row = |(k, name): (usize, &DofName)| Some((k, *at.get(&name.node)?));
         self.rows.places = self.rows.names.iter().enumerate().filter_map(of_row).collect();
-        if let Some((rows, is_back)) = self.rows_at_nodes(&places)? {
-            if is_back {
-                self.rows.flipped.extend(&rows);
-            }
-            if let Some(contact) = &mut self.contact {
-                contact.displacements = Some(rows);
-            }
+        let tables = self.contact.as_ref().map_or(0, |c| c.obstacles.len());
+        for k in 0..tables {
+            self.take_table(k, &places)?;
         }
+        self.check_coupled(&places)?;
+        self.check_turned()?;
         self.check_places()
     }
 
-    /// The rows of the nodes of the contact along its direction, and whether they count the other way; none where it has no nodes.
-    fn rows_at_nodes(&mut self, places: &Places) -> Result<Option<(Vec<usize>, bool)>, Issue> {
-        let Some(contact) = &self.contact else { return Ok(None) };
-        let key = |name: &str| contact.key(0, name);
-        let Some(nodes) = &contact.nodes else {
-            return match &contact.direction {
-                None => Ok(None),
+    /// Rows of nodes in equations of the deck move others along: what acts on them acts elsewhere too.
+    fn check_coupled(&self, places: &Places) -> Result<(), Issue> {
+        if self.rows.missing.is_some() {
+            return Ok(());
+        }
+        let is_coupled = |row: &usize| {
+            let node = self.rows.names.get(*row).and_then(|name| name.node.parse().ok());
+            node.is_some_and(|node: i64| places.coupled.binary_search(&node).is_ok())
+        };
+        match self.named_rows().into_iter().find(|(_, row)| is_coupled(row)) {
+            None => Ok(()),
+            Some((key, row)) => {
+                let message = format!(
+                    "{} is of a node in an *EQUATION of the deck: its row moves other displacements along",
+                    self.rows.names[row]
+                );
+                let help = "name nodes that no equation has, or export matrices without it";
+                Err(Issue::new(key, message, help))
+            }
+        }
+    }
+
+    /// All rows of given matrices that it names, with their keys.
+    pub(crate) fn named_rows(&self) -> Vec<(String, usize)> {
+        let mut all = vec![];
+        if let Some(contact) = &self.contact {
+            for (k, o) in contact.obstacles.iter().enumerate() {
+                let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
+                all.extend(o.given.rows().iter().map(|row| (contact.key(k, by), *row)));
+                let tangents = o.given.tangents.iter().flatten();
+                all.extend(tangents.map(|row| (contact.key(k, "tangents"), *row)));
+            }
+        }
+        let loads = self.loads.iter().enumerate();
+        let loads =
+            loads.filter_map(|(i, l)| Some((format!("load[{i}].displacement"), l.displacement?)));
+        let probes = self.probes.iter().enumerate();
+        let probes = probes.filter_map(|(i, p)| Some((format!("probe[{i}].node"), p.node?)));
+        let ends = self.all_ends().flat_map(|(table, ends)| {
+            let both = [(Some(ends.from), "row"), (ends.to, "to_row")];
+            both.into_iter()
+                .filter_map(move |(end, key)| match end? {
+                    End::Row(row) => Some((format!("{table}.{key}"), row)),
+                    _ => None,
+                })
+                .collect::<Vec<_>>()
+        });
+        all.extend(loads.chain(probes).chain(ends));
+        all
+    }
+
+    /// Rows of nodes before an oblique obstacle are its own: no other table, and no axis, has them.
+    fn check_turned(&self) -> Result<(), Issue> {
+        let Some(contact) = &self.contact else { return Ok(()) };
+        let oblique = || self.rows.turned.iter().filter(|t| !t.is_flip());
+        let all: Vec<&Turned> = self.rows.turned.iter().collect();
+        for (k, o) in contact.obstacles.iter().enumerate() {
+            let key = |name: &str| contact.key(k, name);
+            let is_other = |row: &&usize| {
+                let mut own = oblique().filter(|t| t.rows().contains(row));
+                let flipped = all.iter().filter(|t| t.rows().contains(row)).count() > 1;
+                flipped || own.any(|t| t.normal_row() != **row)
+            };
+            let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
+            if let Some(row) = o.given.rows().iter().find(is_other) {
+                let node = &self.rows.names[*row].node;
+                let message =
+                    format!("names {node}, which a table has turned to its own direction");
+                let help = "give each node one direction, unless all of them are axes";
+                return Err(Issue::new(key(by), message, help));
+            }
+            let axis = |(i, row): &(usize, &usize)| {
+                let named = self.rows.across.contains_key(&key(&format!("tangents[{i}]")));
+                !named && oblique().any(|t| t.rows().contains(row))
+            };
+            if let Some((_, row)) = o.given.tangents.iter().flatten().enumerate().find(axis) {
+                let name = &self.rows.names[*row];
+                let message =
+                    format!("{name} is turned with its node to the direction of the obstacle");
+                let help = format!("give \"{}.t\", the direction along the obstacle", name.node);
+                return Err(Issue::new(key("tangents"), message, help));
+            }
+            let masters =
+                [("against", &o.given.against), ("tangents_against", &o.given.tangents_against)];
+            for (name, against) in masters {
+                let mut rows = against.iter().flatten().flat_map(|c| &c.0);
+                if let Some((row, _)) = rows.find(|m| oblique().any(|t| t.rows().contains(&m.0))) {
+                    let message =
+                        format!("{row} is turned with its node to the direction of an obstacle");
+                    let help =
+                        "give displacements that face nothing else, or one direction along axes";
+                    return Err(Issue::new(key(name), message, help));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The contact displacements of the nodes of one table; nothing where it has rows.
+    fn take_table(&mut self, k: usize, places: &Places) -> Result<(), Issue> {
+        let Some(contact) = &self.contact else { return Ok(()) };
+        let key = |name: &str| contact.key(k, name);
+        let given = &contact.obstacles[k].given;
+        let Some(nodes) = &given.nodes else {
+            return match &given.direction {
+                None => Ok(()),
                 Some(_) => {
                     let message = "is that of nodes, and there are none";
                     Err(Issue::new(key("direction"), message, "nodes = [101, 102]"))
                 }
             };
         };
-        if contact.displacements.is_some() {
+        if given.displacements.is_some() {
             let message = "stands beside displacements, which are the same by rows";
             return Err(Issue::new(key("nodes"), message, "give one of them"));
         }
-        let (axis, is_back) = direction(key("direction"), contact.direction.as_deref())?;
+        let towards = direction(key("direction"), given.direction.as_ref())?;
         if let Some(why) = &self.rows.unnamed {
             let message = format!("are those of no row: {why}");
             self.rows.missing.get_or_insert(Issue::new(key("nodes"), message, NAME_THEM));
@@ -98,41 +217,96 @@ impl Scene {
                 Err(issue) => return Err(issue),
             },
         };
-        if self.rows.missing.is_some() {
+        let rows = match self.rows.missing.is_some() {
             // any rows: they are not read
-            return Ok(Some(((0..numbers.len().max(1)).collect(), is_back)));
-        }
-        check_once(&numbers, || key("nodes"))?;
-        let names = &self.rows.names;
-        let place: HashMap<&DofName, usize> =
-            names.iter().enumerate().map(|(k, name)| (name, k)).collect();
-        let row = |n: &i64| {
-            let name = DofName { node: n.to_string(), direction: axis };
-            let missing = || unknown(key("nodes"), &name.to_string(), names);
-            place.get(&name).copied().ok_or_else(missing)
+            true => (0..numbers.len().max(1)).collect(),
+            false => {
+                check_once(&numbers, || key("nodes"))?;
+                let keys = (key("nodes"), key("direction"));
+                let by_node = self.rows.by_node();
+                let found =
+                    numbers.iter().map(|n| self.rows.before((*n, &by_node), &towards, &keys));
+                let (rows, turned): (Vec<usize>, Vec<_>) =
+                    found.collect::<Result<Vec<_>, Issue>>()?.into_iter().unzip();
+                let turned: Vec<Turned> = turned.into_iter().flatten().collect();
+                self.rows.turned.extend(turned);
+                rows
+            }
         };
-        let rows: Vec<usize> = numbers.iter().map(row).collect::<Result<_, _>>()?;
-        Ok(Some((rows, is_back)))
+        self.take_tangents(k, &rows)?;
+        if let Some(contact) = &mut self.contact {
+            contact.obstacles[k].given.displacements = Some(rows);
+        }
+        Ok(())
+    }
+
+    /// The displacements along a rough obstacle of a body in the plane, which its nodes leave no choice of.
+    fn take_tangents(&mut self, k: usize, rows: &[usize]) -> Result<(), Issue> {
+        let Some(contact) = &self.contact else { return Ok(()) };
+        if self.rows.missing.is_some() {
+            return Ok(());
+        }
+        let obstacle = &contact.obstacles[k];
+        if let Some(own) = &obstacle.given.tangents {
+            let at = |(i, row): (usize, &usize)| {
+                let key = contact.key(k, &format!("tangents[{i}]"));
+                let Some(word) = self.rows.across.get(&key) else { return Ok(*row) };
+                let mut across = self.rows.turned.iter().flat_map(Turned::across);
+                across.find(|row| self.rows.label(*row) == *word).ok_or_else(|| {
+                    let message = format!("no row is called \"{word}\"");
+                    let help = "\"101.t\" in the plane of an oblique direction, \"101.t1\" and \"101.t2\" in space, are those of nodes of this table";
+                    Issue::new(key, message, help)
+                })
+            };
+            let all = own.iter().enumerate().map(at).collect::<Result<Vec<usize>, Issue>>()?;
+            if let Some(contact) = &mut self.contact {
+                contact.obstacles[k].given.tangents = Some(all);
+            }
+            return Ok(());
+        }
+        if obstacle.coefficient().is_none() {
+            return Ok(());
+        }
+        let (names, by_node) = (&self.rows.names, self.rows.by_node());
+        let others = |row: &usize| -> Vec<usize> {
+            let of_node = by_node.get(&names[*row].node[..]).into_iter().flatten().copied();
+            of_node.filter(|i| i != row && (1..=3).contains(&names[*i].direction)).collect()
+        };
+        let all: Vec<Vec<usize>> = rows.iter().map(others).collect();
+        if all.iter().all(|of_node| of_node.len() == 1) {
+            let tangents: Vec<usize> = all.into_iter().flatten().collect();
+            let called = |(i, row): (usize, &usize)| {
+                (contact.key(k, &format!("tangents[{i}]")), self.rows.label(*row))
+            };
+            let called: Vec<(String, String)> = tangents.iter().enumerate().map(called).collect();
+            self.rows.across.extend(called);
+            if let Some(contact) = &mut self.contact {
+                contact.obstacles[k].given.tangents = Some(tangents);
+            }
+        }
+        Ok(())
     }
 
     /// Gaps that are expressions of places need those of all contact displacements.
     fn check_places(&self) -> Result<(), Issue> {
         let Some(contact) = &self.contact else { return Ok(()) };
-        let by_places = matches!(contact.gap(), Some(Field::Expression { .. }));
-        if !by_places || self.body.deck.is_none() || self.rows.missing.is_some() {
+        if self.body.deck.is_none() || self.rows.missing.is_some() {
             return Ok(());
         }
-        let rows = contact.displacements.as_deref().unwrap_or_default();
-        match rows.iter().find(|row| !self.rows.places.contains_key(row)) {
-            None => Ok(()),
-            Some(row) => {
+        for (k, obstacle) in contact.obstacles.iter().enumerate() {
+            if !matches!(obstacle.gap, Some(Field::Expression { .. })) {
+                continue;
+            }
+            let mut rows = obstacle.given.rows().iter();
+            if let Some(row) = rows.find(|row| !self.rows.places.contains_key(row)) {
                 let row = self.rows.label(*row);
                 let message =
                     format!("is an expression of places, and body.deck has no node of row {row}");
                 let help = "give the deck of these matrices";
-                Err(Issue::new(contact.key(0, "gap"), message, help))
+                return Err(Issue::new(contact.key(k, "gap"), message, help));
             }
         }
+        Ok(())
     }
 
     /// Nodes and sets of the deck beside the matrices; nothing without one.
@@ -163,21 +337,79 @@ pub(super) fn check_once(nodes: &[i64], key: impl Fn() -> String) -> Check {
     }
 }
 
-/// The number of a direction, and whether it points back.
-fn direction(key: String, word: Option<&str>) -> Result<(u8, bool), Issue> {
-    let help = "direction = \"x\", or \"-z\": from the nodes towards the obstacle";
-    let Some(word) = word else { return Err(Issue::new(key, "is missing", help)) };
-    let (name, is_back) = match word.strip_prefix('-') {
-        Some(name) => (name, true),
-        None => (word, false),
-    };
-    match (1..).zip(AXES).find(|(_, axis)| *axis == name) {
-        Some((number, _)) => Ok((number, is_back)),
-        None => {
-            let message =
-                format!("\"{word}\" is no axis: rows of matrices are displacements along axes");
-            Err(Issue::new(key, message, help))
+/// The unit vector of a direction.
+fn direction(key: String, given: Option<&DirectionKey>) -> Result<[f64; 3], Issue> {
+    let help = "direction = \"x\", \"-z\" or [0.6, 0.8, 0.0]: from the nodes towards the obstacle";
+    let fail = |message: String| Err(Issue::new(&key, message, help));
+    let mut along = [0.0; 3];
+    match given {
+        None => return fail("is missing".to_owned()),
+        Some(DirectionKey::Axis(word)) => {
+            let (name, sense) = match word.strip_prefix('-') {
+                Some(name) => (name, -1.0),
+                None => (&word[..], 1.0),
+            };
+            match AXES.iter().position(|axis| *axis == name) {
+                Some(axis) => along[axis] = sense,
+                None => return fail(format!("\"{word}\" is no axis")),
+            }
         }
+        Some(DirectionKey::Vector(v)) => {
+            let size = v.iter().fold(0.0f64, |m, x| m.hypot(*x));
+            if v.len() > 3 || !size.is_finite() || size == 0.0 {
+                return fail(format!("{v:?} is no direction"));
+            }
+            along.iter_mut().zip(v).for_each(|(n, x)| *n = x / size);
+        }
+    }
+    Ok(along)
+}
+
+impl RowNames {
+    /// The rows of each node.
+    fn by_node(&self) -> HashMap<&str, Vec<usize>> {
+        let mut all: HashMap<&str, Vec<usize>> = HashMap::new();
+        let names = self.names.iter().enumerate();
+        names.for_each(|(row, name)| all.entry(&name.node).or_default().push(row));
+        all
+    }
+
+    /// The row of a node that counts along a direction, and what of its displacements is turned for it.
+    fn before(
+        &self,
+        (node, by_node): (i64, &HashMap<&str, Vec<usize>>),
+        towards: &[f64; 3],
+        (of_nodes, of_direction): &(String, String),
+    ) -> Result<(usize, Option<Turned>), Issue> {
+        let names = &self.names;
+        let axes = (1..).zip(towards).filter(|(_, n)| **n != 0.0);
+        let (axes, n): (Vec<u8>, Vec<f64>) = axes.unzip();
+        let name = |direction: u8| DofName { node: node.to_string(), direction };
+        let own = by_node.get(&node.to_string()[..]).map_or(&[][..], Vec::as_slice);
+        let row = |axis: &u8| own.iter().copied().find(|i| names[*i].direction == *axis);
+        let rows: Vec<Option<usize>> = axes.iter().map(row).collect();
+        if rows.iter().all(Option::is_none) {
+            return Err(unknown(of_nodes.clone(), &name(axes[0]).to_string(), names));
+        }
+        let rows: Vec<usize> = match rows.iter().position(Option::is_none) {
+            None => rows.into_iter().flatten().collect(),
+            Some(held) => {
+                let missing = name(axes[held]);
+                let message =
+                    format!("needs {missing}, which the matrices do not have: it is held or tied");
+                let help =
+                    "give a direction along the displacements of the node, or leave the node out";
+                return Err(Issue::new(of_direction, message, help));
+            }
+        };
+        Ok(match (&rows[..], &n[..]) {
+            ([row], [n]) if *n > 0.0 => (*row, None),
+            ([row], _) => (*row, Some(Turned::flip(*row))),
+            _ => {
+                let turned = Turned::towards(rows, &n);
+                (turned.normal_row(), Some(turned))
+            }
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! `[reduction] kind = "free-interface"` beside matrices: the displacements that the scene names, and modes in place of all others.
 
+use super::turned::Turned;
 use super::{Amplitude, BodyKind, Inertia, Issue, LoadKind, ReductionKind, Scene, StressKey};
 
 /// What stays of given matrices: displacements without mass, then so many modes of the free body.
@@ -20,6 +21,15 @@ impl Scene {
         self.check_superelement()?;
         let mut rows: Vec<usize> = vec![];
         self.each_row(&mut |row| rows.push(*row));
+        // a displacement along an axis is one of all that its node was turned to
+        let of_axes: Vec<usize> = self
+            .named_rows()
+            .into_iter()
+            .filter(|n| !n.0.starts_with("contact"))
+            .map(|n| n.1)
+            .collect();
+        let named = |t: &&Turned| t.rows().iter().any(|row| of_axes.contains(row));
+        rows.extend(self.rows.turned.iter().filter(named).flat_map(Turned::rows));
         rows.sort_unstable();
         rows.dedup();
         let place = |row: usize| rows.binary_search(&row).unwrap_or(0);
@@ -71,16 +81,21 @@ impl Scene {
             return issue(&format!("load[{i}].amplitude"), message, help);
         }
         let Some(c) = &self.contact else { return Ok(()) };
-        let over_rows = [
-            ("against", c.against.is_some()),
-            ("tangents_against", c.tangents_against.is_some()),
-            ("n_c", c.n_c.is_some()),
-            ("n_o", c.n_o.is_some()),
-            ("stress", matches!(c.stress, Some(StressKey::Terms(_)))),
+        let of_tables = c.obstacles.iter().enumerate().flat_map(|(k, o)| {
+            let against = [
+                ("against", o.given.against.is_some()),
+                ("tangents_against", o.given.tangents_against.is_some()),
+            ];
+            against.map(|(key, given)| (k, key, given))
+        });
+        let shared = [
+            (0, "n_c", c.n_c.is_some()),
+            (0, "n_o", c.n_o.is_some()),
+            (0, "stress", matches!(c.stress, Some(StressKey::Terms(_)))),
         ];
-        if let Some((key, _)) = over_rows.iter().find(|k| k.1) {
+        if let Some((k, key, _)) = of_tables.chain(shared).find(|key| key.2) {
             let message = "is not read beside a reduction of matrices";
-            return issue(&c.key(0, key), message, "leave [reduction] out, or remove the key");
+            return issue(&c.key(k, key), message, "leave [reduction] out, or remove the key");
         }
         if c.inertia == Some(Inertia::Paper) {
             let message = "is that of phases whose contact has mass, and a free-interface form has none there";
@@ -98,8 +113,10 @@ impl Scene {
     /// All rows of given matrices that it names.
     fn each_row(&mut self, with: &mut dyn FnMut(&mut usize)) {
         if let Some(c) = &mut self.contact {
-            c.displacements.iter_mut().flatten().for_each(&mut *with);
-            c.tangents.iter_mut().flatten().for_each(&mut *with);
+            for given in c.obstacles.iter_mut().map(|o| &mut o.given) {
+                given.displacements.iter_mut().flatten().for_each(&mut *with);
+                given.tangents.iter_mut().flatten().for_each(&mut *with);
+            }
         }
         self.loads.iter_mut().filter_map(|l| l.displacement.as_mut()).for_each(&mut *with);
         self.probes.iter_mut().filter_map(|p| p.node.as_mut()).for_each(&mut *with);

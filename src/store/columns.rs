@@ -30,7 +30,7 @@ static ONCE: &[About] = &[
     About::new("mesh/nodes", "length", NODE, "places of the nodes: x, y (and z in space)"),
     About::new("mesh/elements", "node", &["element", "corner"], "nodes of each element, from 0; -1 behind the last of a smaller one"),
     About::new("mesh/regions", "material", &["element"], "material of each element, from 0"),
-    About::new("mesh/dof_map", "column", NODE, "column of trajectory/u of each nodal displacement; -1: prescribed; those below the attribute n_o move by themselves. Of a body of matrices: node i carries row i, the last node is the ground; u[:, dof_map[:-1, 0]] has the columns in the order of the rows"),
+    About::new("mesh/dof_map", "column", NODE, "column of trajectory/u of each nodal displacement; -1: prescribed; those below the attribute n_o move by themselves. Of a body of matrices: node i carries row i, behind these are the rows that supports of the scene hold, and the last node is the ground; u[:, dof_map[dof_map >= 0]] has the columns in the order of the rows"),
     About::new("mesh/contact_nodes", "node", CONTACT, "mesh node of each contact point, from 0; of a body of matrices the row of its displacement"),
     About::new("mesh/contact_points", "length", DIRECTION, "place of each contact point that is no node"),
     About::new("mesh/contact_normals", "1", DIRECTION, "outward normal of the body at each contact point"),

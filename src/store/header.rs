@@ -38,8 +38,11 @@ pub(super) fn create_file(
     write_mesh(&file, system)?;
     write_swings(&file, system)?;
     write_moving(&file, system)?;
-    let names = scene.rows.labels();
+    let mut names = scene.rows.labels();
     if !names.is_empty() {
+        // held ones are nodes, too
+        let held = scene.rows.held_rows().map(|(_, name)| name.to_string());
+        names.extend(held.filter(|_| scene.rows.superelement.is_none()));
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         words(&file.group("mesh")?, "row_names", &names)?;
     }

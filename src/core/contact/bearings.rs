@@ -108,12 +108,37 @@ impl Bearings {
                 }
             }
         }
-        let held = Csr::from_triplets(dim * supports.len(), dim * mesh.n_nodes(), entries);
+        Bearings::over(body, supports, entries, damping).with_parts(body, parts)
+    }
+
+    /// Of given matrices: supports by their names, each with the nodes of the rows that it holds along one direction.
+    pub fn of_rows(
+        body: &Body,
+        supports: Vec<(String, Vec<usize>)>,
+        damping: (f64, f64),
+    ) -> Bearings {
+        let (names, nodes): (Vec<String>, Vec<Vec<usize>>) = supports.into_iter().unzip();
+        let of = |(k, nodes): (usize, &Vec<usize>)| {
+            nodes.iter().map(move |node| (k, *node, 1.0)).collect::<Vec<_>>()
+        };
+        let entries = nodes.iter().enumerate().flat_map(of).collect();
+        Bearings::over(body, names, entries, damping)
+    }
+
+    /// Of supports with `w` over the components of all nodes, as entries.
+    fn over(
+        body: &Body,
+        supports: Vec<String>,
+        entries: Vec<(usize, usize, f64)>,
+        damping: (f64, f64),
+    ) -> Bearings {
+        let (n, dim) = (body.dofs.n(), body.mesh.dim());
+        let shape = (dim * supports.len(), dim * body.mesh.n_nodes());
+        let held = Csr::from_triplets(shape.0, shape.1, entries);
         let [stiffness, mass] = body.rows_of_fields(&held);
-        let n = dofs.n();
         let momentum = Csr::from_triplets(0, n, vec![]);
         let pull = Csr::from_triplets(0, n, vec![]);
-        let all = Bearings {
+        Bearings {
             supports,
             dim,
             held,
@@ -123,8 +148,7 @@ impl Bearings {
             pull,
             momentum,
             ..Bearings::default()
-        };
-        all.with_parts(body, parts)
+        }
     }
 
     /// Momenta of the parts, where there are several.

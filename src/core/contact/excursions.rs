@@ -148,3 +148,27 @@ fn rotations(mesh: &Mesh, nodes: &[usize]) -> Vec<(usize, Matrix3<f64>)> {
     let turn = |r: &Vector3<f64>| inverse * r.cross_matrix();
     nodes.iter().copied().zip(arms.iter().map(turn)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::structured;
+
+    /// What turns about an axis is told as this turn, of bodies thin and thick.
+    #[test]
+    fn turns_are_told_as_they_are() {
+        for (height, n) in [(1.0, 3), (1e-3, 1)] {
+            let mesh = structured::rectangle(2.0, height, 5, n);
+            let nodes: Vec<usize> = (0..mesh.n_nodes()).collect();
+            let theta = Vector3::new(0.3, -0.2, 0.7);
+            let told: Vector3<f64> = rotations(&mesh, &nodes)
+                .iter()
+                .map(|(node, of)| {
+                    of * theta.cross(&Vector3::from_column_slice(&mesh.nodes()[*node]))
+                })
+                .sum();
+            // r × (θ × r) summed is I θ: the nodes of a plane know all three
+            assert!((told - theta).norm() < 1e-9, "{height}: {told}");
+        }
+    }
+}

@@ -33,7 +33,7 @@ pub struct Resultants {
 }
 
 impl Resultants {
-    /// Of the contact of a body (of given matrices the sum over all contact displacements, along each); no groups where it has none, or where velocities jump and pressures are no whole.
+    /// Of the contact of a body (of given matrices the sum over the contact displacements of each obstacle, along them); no groups where it has none, or where velocities jump and pressures are no whole.
     pub fn new(system: &System) -> Resultants {
         let dofs = system.body.nodal_dofs();
         if system.impact().is_some() {
@@ -50,9 +50,11 @@ impl Resultants {
             stiffness: c.area * conditions.pressure_scale(conditions.points[i].0, 1.0, 0.0),
         };
         // rows of given matrices are no groups, and have directions of their own: their sum is what it is
-        let names = match system.body.materials().is_empty() && !system.facing().is_empty() {
-            true => vec!["contact".into()],
-            false => dofs.facing.iter().map(|f| f.group.clone()).collect(),
+        let last = system.facing().iter().map(|c| c.group).max();
+        let names = match last.filter(|_| system.body.materials().is_empty()) {
+            Some(0) => vec!["contact".into()],
+            Some(last) => (0..=last).map(|k| format!("contact[{k}]")).collect(),
+            None => dofs.facing.iter().map(|f| f.group.clone()).collect(),
         };
         Resultants {
             names,

@@ -1,7 +1,7 @@
 //! Places before an obstacle at which displacements have inertia: points of quadrature on an edge, nodes, displacements of given matrices.
 
 use super::boundary;
-use crate::fem::{Body, ContactPoint};
+use crate::fem::{Body, ContactPoint, ContactRows};
 use crate::mesh::Point;
 
 /// A place where the obstacle can push.
@@ -70,9 +70,9 @@ pub fn on_sides(body: &Body) -> Vec<Site> {
 }
 
 /// Springs at displacements of a body of given matrices: stiffnesses are absolute, and a pressure is a force.
-pub fn at_displacements(body: &Body, rows: &[usize]) -> Vec<Site> {
-    let at = |&row: &usize| Site {
-        group: 0,
+pub fn at_displacements(body: &Body, rows: &ContactRows) -> Vec<Site> {
+    let at = |(k, &row): (usize, &usize)| Site {
+        group: rows.groups.get(k).copied().unwrap_or(0),
         node: Some(row),
         place: body.mesh.nodes()[row],
         normal: [1.0, 0.0, 0.0],
@@ -82,7 +82,7 @@ pub fn at_displacements(body: &Body, rows: &[usize]) -> Vec<Site> {
         stress: vec![],
         is_behind: false,
     };
-    rows.iter().map(at).collect()
+    rows.facing.iter().enumerate().map(at).collect()
 }
 
 /// The contact nodes of a body whose contact displacements move by themselves, with these areas.

@@ -62,6 +62,8 @@ pub struct Body {
     pub discrete: Vec<Discrete>,
     /// How the mass of the elements is spread.
     pub mass_form: MassForm,
+    /// `K` and `M` of given matrices over their rows, and behind them those that supports hold, which are nodes of the mesh; where there are such.
+    bordered: Option<Arc<[Csr; 2]>>,
     /// The largest eigenvalue of one of its elements by itself, where it is assembled from such.
     largest: f64,
     /// [`Body::frequency_bound`], once it was asked for.
@@ -222,6 +224,7 @@ impl Body {
             structure: None,
             discrete: vec![],
             mass_form: form,
+            bordered: None,
             largest,
             bound: OnceLock::new(),
         }
@@ -300,6 +303,7 @@ impl Body {
             stiffness,
             discrete: vec![],
             mass_form: MassForm::Consistent,
+            bordered: None,
             largest: 0.0,
             bound: OnceLock::new(),
         })
@@ -377,9 +381,26 @@ impl Body {
             structure: None,
             discrete: vec![],
             mass_form: MassForm::Consistent,
+            bordered: None,
             largest: 0.0,
             bound: OnceLock::new(),
         })
+    }
+
+    /// The same beside rows that supports hold: `K` and `M` over the rows of the body and, behind them, those.
+    pub fn with_held_rows(mut self, bordered: [Csr; 2], length: f64) -> Body {
+        let all = bordered[0].n_rows();
+        self.mesh = structured::row(length, all);
+        self.dofs.hold_rows(all);
+        self.bordered = Some(bordered.into());
+        self
+    }
+
+    /// `K w` and `M w` of nodal fields of given matrices, over their rows and those that are held.
+    fn bordered_products(&self, w: &[f64]) -> Option<[Vec<f64>; 2]> {
+        let bordered = self.bordered.as_ref()?;
+        let product = |a: &Csr| (0..a.n_rows()).map(|i| a.row_dot(i, w)).collect();
+        Some([product(&bordered[0]), product(&bordered[1])])
     }
 
     /// `K w` and `M w` on the free displacements, of a nodal field `w` (components interleaved) that may move prescribed displacements: `K_fp w_p` for one that
@@ -388,6 +409,12 @@ impl Body {
         let (mesh, dim, form) = (&self.mesh, self.mesh.dim(), self.mass_form);
         let mut forces = [vec![0.0; self.dofs.n()], vec![0.0; self.dofs.n()]];
         if !self.is_of_elements() {
+            let Some(products) = self.bordered_products(w) else { return forces };
+            for (forces, product) in forces.iter_mut().zip(products) {
+                for (row, f) in product.into_iter().enumerate() {
+                    self.dofs.terms(row, 0).for_each(|(i, c)| forces[i] += c * f);
+                }
+            }
             return forces;
         }
         for (e, matrices) in matrices_of(mesh, self.materials(), form, |nodes| moves(w, dim, nodes))
@@ -411,6 +438,11 @@ impl Body {
         let (mesh, dim, form) = (&self.mesh, self.mesh.dim(), self.mass_form);
         let mut products = [vec![0.0; w.len()], vec![0.0; w.len()]];
         if !self.is_of_elements() {
+            for (own, product) in
+                products.iter_mut().zip(self.bordered_products(w).into_iter().flatten())
+            {
+                own[..product.len()].copy_from_slice(&product);
+            }
             return products;
         }
         for (e, matrices) in matrices_of(mesh, self.materials(), form, |nodes| moves(w, dim, nodes))
@@ -432,7 +464,16 @@ impl Body {
         let at = fields.transposed();
         let mut entries = [vec![], vec![]];
         if !self.is_of_elements() {
-            return [0, 1].map(|_| Csr::from_triplets(shape.0, shape.1, vec![]));
+            for (entries, a) in entries.iter_mut().zip(self.bordered.iter().flat_map(|b| b.iter()))
+            {
+                for (field, node, w) in fields.triplets() {
+                    let row = a
+                        .row(node)
+                        .flat_map(|(j, v)| self.dofs.terms(j, 0).map(move |(i, c)| (i, c * v)));
+                    entries.extend(row.map(|(i, v)| (field, i, w * v)));
+                }
+            }
+            return entries.map(|e| Csr::from_triplets(shape.0, shape.1, e));
         }
         let is_known = |node: &usize| (0..dim).any(|c| at.row(dim * node + c).next().is_some());
         let is_wanted = |nodes: &[usize]| nodes.iter().any(is_known);
@@ -567,9 +608,10 @@ impl Body {
         let size = free.iter().flatten().fold(0.0f64, |m, x| m.max(x * x));
         let combined = |v: &[f64]| -> Vec<f64> {
             let of_row = |i: usize| v.iter().zip(free).map(|(v, f)| v * f[i]).sum();
-            // the last point is the ground
+            // what is held stands still, and so does the ground, the last point
             let rows = free.first().map_or(0, Vec::len);
-            (0..rows).map(of_row).chain([0.0]).collect()
+            let still = std::iter::repeat_n(0.0, self.mesh.n_nodes() - rows);
+            (0..rows).map(of_row).chain(still).collect()
         };
         let eigen = gram.symmetric_eigen();
         (0..free.len())

@@ -17,6 +17,8 @@ use crate::mesh::{Mesh, Point};
 pub struct ContactRows {
     /// Those that face something.
     pub facing: Vec<usize>,
+    /// The obstacle of each of these; empty: one for all.
+    pub groups: Vec<usize>,
     /// `P_ij` of the rows against which each of these is counted; may be empty: rigid obstacles.
     pub against: Vec<Vec<(usize, f64)>>,
     /// Rows of masters that give up their inertia, and those that have none.
@@ -256,13 +258,19 @@ impl DofMap {
         let tangent = |&(row, point): &(usize, usize)| Some((place_of(row)?, point));
         let tangents = rows.tangents.iter().filter_map(tangent).collect();
         let x = [1.0, 0.0, 0.0];
-        let point = |&i: &usize| ContactPoint { node: i, direction: x, normal: x, group: 0 };
+        let group = |k: usize| rows.groups.get(k).copied().unwrap_or(0);
+        let point = |(k, &i): (usize, &usize)| ContactPoint {
+            node: i,
+            direction: x,
+            normal: x,
+            group: group(k),
+        };
         DofMap {
             dim: 1,
             n_o,
             n_c: contact.len(),
             is_seen: false,
-            contact: contact.iter().map(point).collect(),
+            contact: contact.iter().enumerate().map(point).collect(),
             n_facing: rows.facing.len(),
             tangents,
             against,
@@ -276,6 +284,16 @@ impl DofMap {
             index,
             mixed,
         }
+    }
+
+    /// Nodes behind the rows of given matrices, which move nothing: `all` of both, before the ground.
+    pub(crate) fn hold_rows(&mut self, all: usize) {
+        self.index.resize(all + 1, None);
+    }
+
+    /// Number of rows of given matrices.
+    pub fn n_rows(&self) -> usize {
+        self.rows.len()
     }
 
     /// The same with `n_c` contact displacements that are but seen.

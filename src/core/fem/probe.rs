@@ -87,8 +87,10 @@ pub enum Spot {
     Place(Point),
     /// The mean over a group of sides.
     Group(String),
-    /// At a node; of a body from matrices a row.
+    /// At a node.
     Node(usize),
+    /// A sum of rows of given matrices.
+    Rows(Vec<(usize, f64)>),
 }
 
 /// Why there is no probe.
@@ -160,6 +162,7 @@ impl Probe {
                 }
                 (vec![(*node, 1.0)], shares)
             }
+            Spot::Rows(weights) => (weights.clone(), vec![]),
             Spot::Place(place) => {
                 let cells: Vec<(ElementKind, Vec<usize>)> =
                     all.iter().map(|e| (e.kind, e.nodes.to_vec())).collect();

@@ -351,6 +351,27 @@ mod tests {
         [2.0 / 0.91 * (ux + 0.3 * vy), 2.0 / 2.6 * (uy + vx)]
     }
 
+    /// `D⁺` of every state gives strains back from stresses that have some: `D D⁺ D = D`, to rounding, whatever E and ν are.
+    #[test]
+    fn compliances_invert_what_has_stress() {
+        let states = [
+            StressState::Uniaxial { area: 2.0 },
+            StressState::PlaneStress { thickness: 1.0 },
+            StressState::PlaneStrain { thickness: 1.0 },
+            StressState::Axisymmetric,
+            StressState::Solid,
+        ];
+        for (state, young, poisson) in states
+            .into_iter()
+            .flat_map(|s| [(s, 2.1e11, 0.3), (s, 1e-3, 0.0), (s, 1.0, -0.4), (s, 70.0, 0.49)])
+        {
+            let d = Material { young, poisson, density: 1.0, state }.stiffness();
+            let inverse = d.pseudo_inverse(1e-12 * young).unwrap();
+            let apart = (d * inverse * d - d).abs().max();
+            assert!(apart < 1e-12 * d.abs().max(), "{state:?} {poisson}: {apart:e}");
+        }
+    }
+
     /// Quadratic displacements have their linear stress at every node of a skewed mesh, corners included, wherever it stands.
     #[test]
     fn quadratic_displacements_are_recovered() {

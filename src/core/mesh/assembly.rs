@@ -98,6 +98,8 @@ pub(super) struct Assembly {
     pub parts: Vec<(String, Part)>,
     pub instances: Vec<Instance>,
     pub ties: Vec<Tie>,
+    /// Nodes and sets in equations.
+    pub coupled: Vec<String>,
 }
 
 pub(super) fn error(line: usize, message: impl Into<String>, help: &str) -> GmshError {

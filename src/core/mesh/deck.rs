@@ -174,11 +174,15 @@ pub struct Places {
     pub nodes: Vec<(i64, Point)>,
     /// Names of sets, and the numbers of their nodes, ascending.
     pub sets: Vec<(String, Vec<i64>)>,
+    /// Nodes in equations (`*EQUATION`), ascending: matrices have some of their displacements in those of others.
+    pub coupled: Vec<i64>,
 }
 
 /// Read the nodes of a deck alone: beside matrices, which know everything else.
 pub fn places(bytes: &[u8]) -> Result<Places, GmshError> {
-    let all = parsed(bytes, true)?.part()?;
+    let deck = parsed(bytes, true)?;
+    let words = deck.coupled.clone();
+    let all = deck.part()?;
     if all.nodes.is_empty() {
         return Err(error(0, "has no nodes", "give a deck with *NODE"));
     }
@@ -187,8 +191,15 @@ pub fn places(bytes: &[u8]) -> Result<Places, GmshError> {
         numbers.sort_unstable();
         (name.clone(), numbers)
     };
-    let sets = all.node_sets.0.iter().map(of_set).collect();
-    Ok(Places { sets, nodes: all.nodes })
+    let sets: Vec<(String, Vec<i64>)> = all.node_sets.0.iter().map(of_set).collect();
+    let in_word = |word: &String| -> Vec<i64> {
+        let set = || sets.iter().find(|s| s.0.eq_ignore_ascii_case(word)).map(|s| s.1.clone());
+        word.parse().map_or_else(|_| set().unwrap_or_default(), |n| vec![n])
+    };
+    let mut coupled: Vec<i64> = words.iter().flat_map(in_word).collect();
+    coupled.sort_unstable();
+    coupled.dedup();
+    Ok(Places { sets, nodes: all.nodes, coupled })
 }
 
 /// Read a deck.
@@ -410,6 +421,11 @@ impl Deck {
             })
         };
         let of_nodes = matches!(keyword.name.as_str(), "NODE" | "NSET" | "INSTANCE");
+        // node, direction, factor; behind their number
+        if self.only_nodes && keyword.name == "EQUATION" && words.len() > 2 {
+            let nodes = words.chunks(3).map(|term| term[0].trim_matches('"').to_owned());
+            self.all.coupled.extend(nodes);
+        }
         if self.only_nodes && !of_nodes {
             return Ok(());
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::scene::{Look, Scene, is_response};
-use crate::records::Branch;
+use crate::records::{Branch, Way};
 use crate::report::families::{Axis, error_entries, of_branch};
 use crate::report::figure::{Entry, INK, Legend, Mark, entry};
 use crate::store::StoredFamily;
@@ -135,6 +135,9 @@ fn responses(scene: &Scene) -> Vec<OfFile> {
     }
     for (family, _, look) in &scene.branches {
         let (ratio, mark, what) = match look {
+            Look::Response(ratio, _) if family.outline().way == Way::Sweep => {
+                (ratio, Mark::Line, "sweep")
+            }
             Look::Response(ratio, _) => (ratio, Mark::Line, "forced response"),
             Look::ThinResponse(ratio, _) => (ratio, Mark::Thin, "harmonic balance"),
             _ => continue,

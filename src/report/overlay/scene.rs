@@ -91,7 +91,7 @@ impl<'f> Scene<'f> {
         let of = |f: &'f StoredFamily| {
             let curve = |b: usize| curves.iter().position(|c| c.holds(f, b));
             let before = families.iter().take_while(|g| !std::ptr::eq(*g, f));
-            let file = before.filter(|g| is_of_responses(f) && g.outline() == f.outline()).count();
+            let file = before.filter(|g| is_of_responses(f) && are_drawn_alike(g, f)).count();
             branches(f).into_iter().map(|b| (f, b, look(f, b, curve(b), file))).collect::<Vec<_>>()
         };
         let branches: Vec<_> = families.iter().flat_map(of).collect();
@@ -207,4 +207,11 @@ pub(super) fn is_response(look: &Look) -> bool {
 
 fn is_of_responses(family: &StoredFamily) -> bool {
     family.outline().is_response()
+}
+
+/// Whether two families have lines of one kind, which colours alone tell apart: branches and sweeps have.
+fn are_drawn_alike(a: &StoredFamily, b: &StoredFamily) -> bool {
+    let (a, b) = (a.outline(), b.outline());
+    let settles = |way: Way| matches!(way, Way::Response | Way::Sweep);
+    a.solver == b.solver && (a.way == b.way || settles(a.way) && settles(b.way))
 }

@@ -21,12 +21,14 @@ mod npz;
 mod op4;
 mod substructure;
 mod triplets;
+mod uneven;
 
 use std::collections::{BTreeSet, HashSet};
 use std::fmt;
 
 use super::matrix_market::parse_matrix_market;
 use super::sparse::Csr;
+pub use uneven::{Uneven, uneven_nodes};
 
 use crate::mesh::fortran::real;
 
@@ -335,6 +337,44 @@ pub fn parse_name(text: &str) -> Option<DofName> {
     is_node.then(|| DofName { node: node.to_owned(), direction })
 }
 
+/// Names in a list, a row a line: node and direction (1 to 6, 0 for scalars, or x y z rx ry rz), behind a comma, a semicolon, blanks or a dot. A heading may stand above them.
+pub fn parse_name_list(text: &str) -> Result<Vec<DofName>, String> {
+    let lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
+    let name = |line: &str| {
+        let words: Vec<&str> = line
+            .split([',', ';', '\t', ' '])
+            .map(|w| w.trim_matches('"'))
+            .filter(|w| !w.is_empty())
+            .collect();
+        let axes = ["x", "y", "z", "rx", "ry", "rz"];
+        match words[..] {
+            [word] => parse_name(word),
+            [node, direction] => {
+                let axis = axes.iter().position(|a| direction.eq_ignore_ascii_case(a));
+                let number = axis.map_or(direction.to_owned(), |k| (k + 1).to_string());
+                parse_name(&format!("{node}.{number}"))
+            }
+            _ => None,
+        }
+    };
+    let mut names = vec![];
+    for (k, line) in lines {
+        match name(line) {
+            Some(name) => names.push(name),
+            // a heading
+            None if names.is_empty() && k == 0 => {}
+            None => {
+                let line = line.trim();
+                return Err(format!(
+                    "line {}: \"{line}\" is no node and direction, as 109,3",
+                    k + 1
+                ));
+            }
+        }
+    }
+    distinct(names)
+}
+
 /// The names of Ansys's `.mapping` beside `HBMAT`: `equation node UX`.
 pub fn parse_mapping(text: &str) -> Result<Vec<DofName>, String> {
     let mut names = vec![];
@@ -411,6 +451,13 @@ mod tests {
         assert_eq!(names[2].to_string(), "Arm-2.12.2");
         for bad in ["101", "101.7", ".3", "101.1\n101.1\n", "10 1.3"] {
             assert!(parse_dof_names(bad).is_err(), "{bad}");
+        }
+        let list = "node,direction\n\"Arm-2.12\",y\n7; 3\n8\tRX\n9.0\n";
+        let names: Vec<String> =
+            parse_name_list(list).unwrap().iter().map(DofName::to_string).collect();
+        assert_eq!(names, ["Arm-2.12.2", "7.3", "8.4", "9.0"]);
+        for bad in ["1,1\n1,1\n", "1,1\nnode,direction\n", "a\nb\n1,1\n", "1,1,1\n2,7\n"] {
+            assert!(parse_name_list(bad).is_err(), "{bad}");
         }
         let map = "    Matrix Eqn          Node    DOF\n             1            48    UZ\n             2            44    ROTX\n";
         let names: Vec<String> =
