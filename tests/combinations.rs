@@ -20,6 +20,9 @@ const PLATE: &str = "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [4,
 const MATRICES: &str =
     "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n";
 const NAMED: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_named.mtx\"\nstiffness_matrix = \"K_named.mtx\"\n";
+const PLANE: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_plane.mtx\"\nstiffness_matrix = \"K_plane.mtx\"\n";
+const SHAKEN: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_named.mtx\"\nstiffness_matrix = \"K_named.mtx\"\n\
+                      [[support]]\nnodes = [3]\nfix = [\"x\"]\n";
 const SOLID: &str = "[body]\nkind = \"mesh\"\nfile = \"body.msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
                      [[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n";
 /// A body of a mesh of one kind of element, in the plane or in space.
@@ -134,6 +137,18 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     contact: "[contact]\nnodes = [12]\ndirection = \"x\"\ngap = 1.0\n".into(),
                     extra: "[reduction]\nkind = \"free-interface\"\nmodes = 2\n",
                     ..Row::of_contact("matrices in free-interface form, contact by nodes", NAMED, "")
+                },
+                Row {
+                    contact: "[[contact]]\nnodes = [12]\ndirection = [0.8, 0.6]\ngap = 1.0\nfriction = 0.2\n\
+                              [[contact]]\nnodes = [5]\ndirection = \"-y\"\ngap = 1.2\n"
+                        .into(),
+                    ..Row::of_contact("matrices, an oblique rough wall and a smooth one", PLANE, "")
+                },
+                Row {
+                    contact: "[contact]\nnodes = [12]\ndirection = \"x\"\ngap = 1.0\n".into(),
+                    load: "[[load]]\nkind = \"base\"\namplitude = [0.05, 0.0, 0.0]\nomega = 1.7\nphase = -1.5707963267948966\n"
+                        .into(),
+                    ..Row::of_contact("matrices on supports that move", SHAKEN, "")
                 },
                 Row {
                     extra: "[[probe]]\nname = \"tip\"\nat = [1.0, 0.3]\nquantity = [\"displacement\", \"acceleration\", \"stress\", \"recovered-stress\"]\n[[probe]]\nname = \"face\"\nedge = \"right\"\n",
@@ -439,6 +454,21 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
         let lines: Vec<String> = lines.collect();
         let named = name.replace(".mtx", "_named.mtx");
         std::fs::write(folder.join(named), lines.join("\n") + "\n").unwrap();
+        // a chain along x and one along y, tied a little where they have one node
+        let node = |i: usize| ["3", "5", "7", "12"][i - 1];
+        let along = |axis: u32, factor: f64| {
+            let line = move |(i, j, x): &(usize, usize, f64)| {
+                format!("{},{axis}, {},{axis}, {:e}", node(*i), node(*j), factor * x)
+            };
+            entries.iter().map(line).collect::<Vec<_>>()
+        };
+        let stiff = name.starts_with('K');
+        let mut lines = [along(1, 1.0), along(2, if stiff { 1.5 } else { 1.0 })].concat();
+        if stiff {
+            lines.push("12,1, 12,2, 2.0".into());
+        }
+        let plane = name.replace(".mtx", "_plane.mtx");
+        std::fs::write(folder.join(plane), lines.join("\n") + "\n").unwrap();
     };
     matrix("M.mtx", &[(1, 1, 1.0), (2, 2, 1.0), (3, 3, 1.0), (4, 4, 0.5)]);
     let stiffness = [

@@ -120,7 +120,15 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
             (PointKind::Stability(_), Solver::Viscous) => " (self-excited system)",
             _ => "",
         };
-        let text = format!("omega = {:.8}{energy}: {}{whose}", p.omega, p.special);
+        // rows of matrices by their names
+        let what = match &p.special {
+            PointKind::Grazing(grazing) if scene.rows.has_labels() => {
+                let told = grazing.told(|node| scene.rows.label(node));
+                format!("{}: {told}", p.special.word())
+            }
+            other => other.to_string(),
+        };
+        let text = format!("omega = {:.8}{energy}: {what}{whose}", p.omega);
         line(if k == 0 { "on the way" } else { "" }, text);
     }
     if specials.len() > MOST {

@@ -200,23 +200,30 @@ impl GrazingRecord {
     }
 }
 
-impl Display for GrazingRecord {
-    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+impl GrazingRecord {
+    /// What happens, in words, with nodes by a name of theirs.
+    pub fn told(&self, name: impl Fn(usize) -> String) -> String {
         let what = if self.opening { "grazes to open" } else { "grazes" };
         let turns = if self.turns { ", the frequency turns back" } else { "" };
-        write!(f, "node {} {what}", self.node)?;
-        match &self.together[..] {
-            [] => {}
-            [other] => write!(f, " together with node {other}")?,
+        let others = match &self.together[..] {
+            [] => String::new(),
+            [other] => format!(" together with node {}", name(*other)),
             others => {
-                let first: Vec<String> = others.iter().take(NAMED).map(usize::to_string).collect();
-                write!(f, " together with nodes {}", first.join(", "))?;
-                if others.len() > NAMED {
-                    write!(f, " and {} more", others.len() - NAMED)?;
-                }
+                let first: Vec<String> = others.iter().take(NAMED).map(|n| name(*n)).collect();
+                let more = match others.len().saturating_sub(NAMED) {
+                    0 => String::new(),
+                    more => format!(" and {more} more"),
+                };
+                format!(" together with nodes {}{more}", first.join(", "))
             }
-        }
-        f.write_str(turns)
+        };
+        format!("node {} {what}{others}{turns}", name(self.node))
+    }
+}
+
+impl Display for GrazingRecord {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        f.write_str(&self.told(|node| node.to_string()))
     }
 }
 

@@ -118,9 +118,13 @@ fn blows(scene: &Scene) -> Vec<String> {
         .filter(|(_, l)| l.table.is_none() && l.omega.map_or(1.0, |_| l.phase.cos()).abs() > 1e-9);
     strikes
         .map(|(i, l)| {
+            let what = match l.group() {
+                // of bodies from matrices all of them
+                "" => "what the supports hold".to_owned(),
+                group => format!("\"{group}\""),
+            };
             format!(
-                "load[{i}]: \"{}\" stands at {} of its amplitude at t = 0 and the body at rest does not: the run begins with a blow; phase = -1.5708 begins where the body is, a table from rest, or give [initial]",
-                l.group(),
+                "load[{i}]: {what} stands at {} of its amplitude at t = 0 and the body at rest does not: the run begins with a blow; phase = -1.5708 begins where the body is, a table from rest, or give [initial]",
                 significant(l.omega.map_or(1.0, |_| l.phase.cos()), 3)
             )
         })
