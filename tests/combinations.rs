@@ -21,8 +21,8 @@ const MATRICES: &str =
     "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n";
 const NAMED: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_named.mtx\"\nstiffness_matrix = \"K_named.mtx\"\n";
 const PLANE: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_plane.mtx\"\nstiffness_matrix = \"K_plane.mtx\"\n";
-const SHAKEN: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_named.mtx\"\nstiffness_matrix = \"K_named.mtx\"\n\
-                      [[support]]\nnodes = [3]\nfix = [\"x\"]\n";
+const SHAKEN: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_based.mtx\"\nstiffness_matrix = \"K_based.mtx\"\n\
+                      [[support]]\nnodes = [1]\nfix = [\"x\"]\n";
 const SOLID: &str = "[body]\nkind = \"mesh\"\nfile = \"body.msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
                      [[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n";
 /// A body of a mesh of one kind of element, in the plane or in space.
@@ -454,6 +454,15 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
         let lines: Vec<String> = lines.collect();
         let named = name.replace(".mtx", "_named.mtx");
         std::fs::write(folder.join(named), lines.join("\n") + "\n").unwrap();
+        // and with the node that the first spring hangs on
+        let base: &[&str] = match name.starts_with('K') {
+            true => &["1,1, 1,1, 16.0", "3,1, 1,1, -16.0"],
+            false => &["1,1, 1,1, 0.5"],
+        };
+        let lines: Vec<&str> =
+            lines.iter().map(String::as_str).chain(base.iter().copied()).collect();
+        let based = name.replace(".mtx", "_based.mtx");
+        std::fs::write(folder.join(based), lines.join("\n") + "\n").unwrap();
         // a chain along x and one along y, tied a little where they have one node
         let node = |i: usize| ["3", "5", "7", "12"][i - 1];
         let along = |axis: u32, factor: f64| {

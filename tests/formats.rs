@@ -154,16 +154,34 @@ fn rows_are_listed_and_equations_are_told() {
     let nameless = scene(folder.path(), "nameless", own, rest);
     refused(&nameless, "names = \"rows.csv\"");
     // a deck with an equation between two nodes, by number and by set
-    let deck = std::fs::read_to_string(sample("block.inp")).unwrap();
-    let with = |terms: &str| deck.replacen("*NSET", &format!("*EQUATION\n2\n{terms}\n*NSET"), 1);
+    let deck_text = std::fs::read_to_string(sample("block.inp")).unwrap();
+    let with =
+        |terms: &str| deck_text.replacen("*NSET", &format!("*EQUATION\n2\n{terms}\n*NSET"), 1);
     for (terms, words) in [
-        ("145, 1, 1.0, 149, 1, -1.0", "load[0].displacement: 145.1 is of a node in an *EQUATION"),
-        ("TIP, 2, 1.0, 149, 1, -1.0", "contact.nodes: 101.1 is of a node in an *EQUATION"),
+        (
+            "145, 1, 1.0, 149, 1, -1.0",
+            "load[0].displacement: 145.1 is of a node in an *EQUATION or *MPC",
+        ),
+        ("TIP, 2, 1.0, 149, 1, -1.0", "contact.nodes: 101.1 is of a node in an *EQUATION or *MPC"),
     ] {
         written(folder.path(), "coupled.inp", &with(terms));
         let deck = format!("deck = 'coupled.inp'\nnames = 'rows.csv'\n{rest}");
         refused(&scene(folder.path(), "coupled", own, &deck), words);
     }
+    let held = "[[support]]\nnodes = [149]\nfix = ['x']\n";
+    let deck = format!("deck = 'coupled.inp'\nnames = 'rows.csv'\n{held}");
+    refused(&scene(folder.path(), "coupled", own, &deck), "149.1 is of a node in an *EQUATION");
+    let elsewhere = deck_text.replacen("*NSET", "*EQUATION, INPUT=more.txt\n*NSET", 1);
+    written(folder.path(), "coupled.inp", &elsewhere);
+    refused(&scene(folder.path(), "coupled", own, &deck), "INPUT= is not read");
+    // a list beside names that are others
+    let turned: Vec<&str> = rows.iter().rev().copied().collect();
+    written(folder.path(), "turned.csv", &list(&turned));
+    let both = format!("names = '{}'\n{rest}", at("turned.csv"));
+    refused(
+        &scene(folder.path(), "both", [&files[0], &files[1]], &both),
+        "says other names than the matrices",
+    );
 }
 
 /// Superelements of Nastran and CalculiX, files of MATLAB: numbers and names of their rows; a file of several matrices asks for the name of one.

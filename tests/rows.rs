@@ -259,6 +259,90 @@ fn matrices_before_two_obstacles_rub_as_elements_do() {
     assert!(slips > 10, "{slips}");
 }
 
+/// `normal` is read from the faces of the deck: of a face along an axis that axis, of a deck that is turned by 20° about z the turned one.
+#[test]
+fn normals_are_those_of_the_faces_of_the_deck() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let text = std::fs::read_to_string(sample("block.inp")).unwrap();
+    let (sin, cos) = 20f64.to_radians().sin_cos();
+    let mut of_nodes = false;
+    let turned = text.lines().map(|line| {
+        of_nodes = if line.starts_with('*') { line.starts_with("*NODE") } else { of_nodes };
+        let words: Vec<&str> = line.split(',').map(str::trim).collect();
+        match words[..] {
+            [node, x, y, z] if of_nodes => {
+                let (x, y): (f64, f64) = (x.parse().unwrap(), y.parse().unwrap());
+                format!("{node}, {:.17e}, {:.17e}, {z}", cos * x - sin * y, sin * x + cos * y)
+            }
+            _ => line.to_owned(),
+        }
+    });
+    let turned: Vec<String> = turned.collect();
+    written(folder, "turned.inp", &turned.join("\n"));
+    written(folder, "straight.inp", &text);
+    let scene = |deck: &str, direction: &str| {
+        format!(
+            "[body]\nkind = 'matrices'\nstiffness_matrix = '{}'\nmass_matrix = '{}'\ndeck = '{deck}'\n\
+             [contact]\nnodes = 'TIP'\ndirection = {direction}\ngap = 2e-3\n\
+             [[load]]\nkind = 'force'\ndisplacement = '145.1'\namplitude = 2e4\nomega = 6e4\n[run]\nuntil = 2e-4\n",
+            sample("block.sti"),
+            sample("block.mas")
+        )
+    };
+    for (deck, direction) in
+        [("straight.inp", "'x'".to_owned()), ("turned.inp", format!("[{cos:.17e}, {sin:.17e}]"))]
+    {
+        let of = |direction: &str, name: &str| {
+            let scene = written(folder, &format!("{name}.toml"), &scene(deck, direction));
+            let out = folder.join(format!("{name}.h5")).display().to_string();
+            json(&["run", &scene, "-o", &out, "--force"])
+        };
+        same_switches(&of("'normal'", "own"), &of(&direction, "hand"), 2e-4, deck);
+    }
+    // a set of nodes that make no face
+    let odd = text.replacen("*SURFACE", "*NSET, NSET=LINE\n101, 102\n*SURFACE", 1);
+    written(folder, "odd.inp", &odd);
+    let bad = scene("odd.inp", "'normal'").replace("'TIP'", "'LINE'");
+    refused(&written(folder, "bad.toml", &bad), "no face of the boundary has all its nodes in");
+}
+
+/// A state is taken by rows: refused where these count along other directions, taken where they are the same.
+#[test]
+fn states_know_along_what_their_rows_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scene = |name: &str, direction: &str, more: &str| {
+        let text = format!(
+            "[body]\nkind = 'matrices'\nstiffness_matrix = '{}'\nmass_matrix = '{}'\n\
+             [contact]\nnodes = [101]\ndirection = {direction}\ngap = 0.5\n\
+             [[load]]\nkind = 'force'\ndisplacement = '105.3'\namplitude = 1e3\n{more}[run]\nuntil = 1e-5\n",
+            sample("block.sti"),
+            sample("block.mas")
+        );
+        written(folder, name, &text)
+    };
+    let from = "[initial]\nfile = 'a.h5'\n";
+    for (direction, others) in
+        [("'-z'", ["'z'", "[0.6, 0.0, 0.8]"]), ("[0.6, 0.8]", ["'x'", "[0.8, 0.6]"])]
+    {
+        let out = |name: &str| folder.join(name).display().to_string();
+        json(&["run", &scene("a.toml", direction, ""), "-o", &out("a.h5"), "--force"]);
+        json(&["run", &scene("b.toml", direction, from), "-o", &out("b.h5"), "--force"]);
+        let energies = |name: &str| -> Vec<f64> {
+            let file = hdf5_files().open(folder.join(name)).unwrap();
+            let read = |of: &str| -> Vec<f64> { file.dataset(of).unwrap().read_raw().unwrap() };
+            read("energy/kinetic").iter().zip(read("energy/elastic")).map(|(a, b)| a + b).collect()
+        };
+        let (a, b) = (energies("a.h5"), energies("b.h5"));
+        let (end, start) = (a[a.len() - 1], b[0]);
+        assert!(end > 0.0 && (end - start).abs() < 1e-12 * end, "{direction}: {end} {start}");
+        for other in others {
+            refused(&scene("c.toml", other, from), "initial.file");
+        }
+    }
+}
+
 /// What cannot be is refused: a displacement that is missing, a node of two tables, tangents that were turned or are none.
 #[test]
 fn what_an_oblique_wall_cannot_be() {
@@ -272,7 +356,11 @@ fn what_an_oblique_wall_cannot_be() {
     for (contact, words) in [
         ("[contact]\nnodes = [109]\ndirection = [0.6, 0.8]\ngap = 1.0\n".to_owned(), "needs 109.2"),
         ("[contact]\nnodes = [101]\ndirection = [0, 0, 0]\ngap = 1.0\n".into(), "is no direction"),
-        ("[contact]\nnodes = [101]\ndirection = 'normal'\ngap = 1.0\n".into(), "is no axis"),
+        ("[contact]\nnodes = [101]\ndirection = 'w'\ngap = 1.0\n".into(), "is no axis"),
+        (
+            "[contact]\nnodes = [101]\ndirection = 'normal'\ngap = 1.0\n".into(),
+            "is that of a set of body.deck",
+        ),
         (
             format!(
                 "{first}[[contact]]\nnodes = [103, 101]\ndirection = 'z'\ngap = 1.0\n[[contact]]\nnodes = [102]\ndirection = [0.8, -0.6]\ngap = 1.0\n"
@@ -290,6 +378,14 @@ fn what_an_oblique_wall_cannot_be() {
             "no row is called \"107.t\"",
         ),
         (format!("{first}stress = [[[0, 1.0]], [[3, 1.0]]]\n"), "turned to an oblique direction"),
+        ("[contact]\nnodes = []\ndirection = 'x'\ngap = 1.0\n".into(), "names no node"),
+        ("[[support]]\nnodes = []\nfix = ['x']\n".into(), "names no node"),
+        (
+            format!(
+                "{first}[[contact]]\nnodes = [103]\ndirection = 'x'\ngap = 1.0\n[[contact]]\nnodes = [103]\ndirection = '-x'\ngap = 1.0\n"
+            ),
+            "contact[2].nodes: 103.1 stands there twice",
+        ),
         (
             format!("{first}[[contact]]\ndisplacements = ['101.3', '102.3', '101.3']\ngap = 1.0\n"),
             "stands there twice",

@@ -27,10 +27,13 @@ pub(crate) fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
             let folder = scene.source.file.parent().unwrap_or(Path::new(""));
             let mesh = signorini::problem::mesh(scene)?;
             let has_mesh = scene.body.kind != signorini::scenario::BodyKind::Matrices;
-            let state = store::read_state(&folder.join(file), &mesh, has_mesh).map_err(|e| {
-                let help = "give a file written by `signorini run` on the same mesh";
-                scene.error(Issue::new("initial.file", e.to_string(), help))
-            })?;
+            let path = folder.join(file);
+            let state = store::check_rows(&path, scene)
+                .and_then(|()| store::read_state(&path, &mesh, has_mesh))
+                .map_err(|e| {
+                    let help = "give a file written by `signorini run` on the same mesh";
+                    scene.error(Issue::new("initial.file", e.to_string(), help))
+                })?;
             Some(state)
         }
     };

@@ -235,6 +235,7 @@ fn bordered(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, Prob
                 false => "",
             };
             let message = format!("{file} has {rows} rows, and there are {} names{why}", own.len());
+            let key = if scene.body.names.is_some() { "body.names" } else { key };
             return Err(fault(scene, key, message, "give the names of these matrices"));
         }
         true => {
@@ -485,10 +486,18 @@ pub(super) fn note(scene: &Scene, body: &Body, notes: &mut Notes) {
         return;
     }
     let at = |row: usize| body.mass.entry(body.dofs.row(row), body.dofs.row(row));
-    let diagonal: Vec<f64> = (0..names.len()).map(|row| at(row).copied().unwrap_or(0.0)).collect();
-    let mut uneven = uneven_nodes(names, &diagonal);
-    let named: BTreeSet<&str> =
-        scene.named_rows().into_iter().map(|(_, row)| &names[row].node[..]).collect();
+    let mut diagonal: Vec<f64> =
+        (0..names.len()).map(|row| at(row).copied().unwrap_or(0.0)).collect();
+    let held: Vec<&DofName> = scene.rows.held_rows().map(|(_, name)| name).collect();
+    diagonal.extend(body.held_masses());
+    let all: Vec<DofName> = names.iter().chain(held.iter().copied()).cloned().collect();
+    let mut uneven = uneven_nodes(&all, &diagonal);
+    let named: BTreeSet<&str> = scene
+        .named_rows()
+        .into_iter()
+        .map(|(_, row)| &names[row].node[..])
+        .chain(held.iter().map(|name| &name.node[..]))
+        .collect();
     // point masses of the scene act along one direction
     let ends = scene.masses.iter().flat_map(|m| [Some(m.ends().from), m.ends().to]);
     let rows = ends.filter_map(|end| if let Some(End::Row(row)) = end { Some(row) } else { None });
@@ -553,9 +562,16 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), Prob
     for (k, o) in obstacles(scene) {
         let key = |name: &str| contact.key(k, name);
         let own = o.given.rows();
-        let is_taken = |row: &usize| all.iter().filter(|other| *other == row).count() > 1;
-        if let Some(bad) = own.iter().find(|row| **row >= n || is_taken(row)) {
-            let message = format!("{bad} is no row of the matrices, or stands there twice");
+        let twice =
+            (0..own.len()).find(|i| own[..*i].contains(&own[*i]) || rows.facing.contains(&own[*i]));
+        if let Some(i) = twice {
+            let message = format!("{} stands there twice", scene.rows.label(own[i]));
+            let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
+            let help = "one displacement meets one obstacle in front; gap_behind is one behind";
+            return Err(fault(scene, &key(by), message, help));
+        }
+        if let Some(bad) = own.iter().find(|row| **row >= n) {
+            let message = format!("{bad} is no row of the matrices");
             let help = format!("give rows from 0 to {}", n - 1);
             let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
             return Err(fault(scene, &key(by), message, &help));

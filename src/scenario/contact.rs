@@ -144,7 +144,7 @@ pub(super) struct Table {
     nodes: Option<NodesKey>,
     /// Bodies from matrices with `nodes`: where the obstacle is, `x`, `y`, `z`, with a minus the other way: contact rows count towards it everywhere, in files, loads and probes too. Or a
     /// vector of any length and direction: rows of these nodes are then `101.n`, towards the obstacle, and `101.t` across it (in space `t1`, `t2`), in files and results; loads, probes
-    /// and elements that name `101.1` keep to its axis.
+    /// and elements that name `101.1` keep to its axis. `normal`: of a set of `body.deck`, at each node the outward normal of its faces.
     #[schemars(extend("examples" = ["x", "-z", [0.6, 0.8, 0.0]]))]
     direction: Option<DirectionKey>,
     /// A pair of surfaces, in place of `edge` or `group`: the group whose nodes are contact nodes, the coarser one, or the one that the other covers.

@@ -109,6 +109,13 @@ impl RowNames {
         (0..count).map(|row| self.label(row)).collect()
     }
 
+    /// Which rows count along other directions than those of the files, as text; empty: none.
+    pub(crate) fn turns(&self) -> String {
+        let mut all: Vec<String> = self.turned.iter().map(Turned::text).collect();
+        all.sort();
+        all.join("; ")
+    }
+
     /// The rows of the files that supports of the scene hold, in the order in which they stand behind those of the body, with the support of each.
     pub fn held_rows(&self) -> impl Iterator<Item = (usize, &DofName)> {
         let supports = self.supports.iter().enumerate();
@@ -155,9 +162,13 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
     let folder = path.parent().unwrap_or(Path::new(""));
     let listed = word("names").map(|list| listed(folder, &list)).transpose()?;
     let unread = listed.as_ref().and_then(|list| list.as_ref().err()).cloned();
-    let found = match listed {
-        None => names_of(folder, &file),
-        Some(list) => list.map(|names| (names, vec![])),
+    let found = match (listed, names_of(folder, &file)) {
+        (None, found) => found,
+        (Some(Ok(list)), Ok((names, _))) if list != names => {
+            let message = "says other names than the matrices, or than the file beside them";
+            return Err(Issue::new("body.names", message, "remove the key: these names are read"));
+        }
+        (Some(list), _) => list.map(|names| (names, vec![])),
     };
     let (names, mut held) = found.map_or_else(|why| (Err(why), vec![]), |n| (Ok(n.0), n.1));
     let of_file = names.clone().unwrap_or_default();
@@ -264,6 +275,13 @@ fn supported(
             (1..).zip(AXES).find(|(_, axis)| *axis == word).map(|(number, _)| number)
         };
         let axes: Vec<u8> = fix.into_iter().flatten().filter_map(axis).collect();
+        if nodes.is_empty() {
+            return Err(Issue::new(
+                key(),
+                "names no node",
+                "nodes = [101, 102], or a set of body.deck",
+            ));
+        }
         let set = own.get("nodes").and_then(|v| v.get_ref().as_str());
         let mut of_support = vec![];
         for node in nodes {

@@ -13,7 +13,9 @@ use super::number::Check;
 use super::turned::Turned;
 use super::{BodyKind, Field, Issue, RowNames, Scene, Whole};
 use crate::fem::formats::DofName;
+use crate::fem::normals_of;
 use crate::mesh::deck::{self, Places};
+use crate::mesh::{Point, gmsh::Sides};
 
 /// Nodes by their numbers, or a set by its name.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -37,7 +39,7 @@ impl JsonSchema for DirectionKey {
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({"anyOf": [
-            {"type": "string", "description": "An axis: `\"x\"`, `\"-z\"`."},
+            {"type": "string", "description": "An axis: `\"x\"`, `\"-z\"`; or `\"normal\"`."},
             {"type": "array", "items": {"type": "number"}, "description": "A vector, of any length."},
         ]})
     }
@@ -90,15 +92,23 @@ impl Scene {
         if self.rows.missing.is_some() {
             return Ok(());
         }
-        let is_coupled = |row: &usize| {
-            let node = self.rows.names.get(*row).and_then(|name| name.node.parse().ok());
-            node.is_some_and(|node: i64| places.coupled.binary_search(&node).is_ok())
+        let is_in = |node: &str| {
+            node.parse().is_ok_and(|node: i64| places.coupled.binary_search(&node).is_ok())
         };
+        let is_coupled =
+            |row: &usize| self.rows.names.get(*row).is_some_and(|name| is_in(&name.node));
+        if let Some((k, held)) = self.rows.held_rows().find(|(_, name)| is_in(&name.node)) {
+            let message = format!(
+                "{held} is of a node in an *EQUATION or *MPC of the deck: its row moves other displacements along"
+            );
+            let help = "name nodes that no equation has, or export matrices without it";
+            return Err(Issue::new(format!("support[{k}].nodes"), message, help));
+        }
         match self.named_rows().into_iter().find(|(_, row)| is_coupled(row)) {
             None => Ok(()),
             Some((key, row)) => {
                 let message = format!(
-                    "{} is of a node in an *EQUATION of the deck: its row moves other displacements along",
+                    "{} is of a node in an *EQUATION or *MPC of the deck: its row moves other displacements along",
                     self.rows.names[row]
                 );
                 let help = "name nodes that no equation has, or export matrices without it";
@@ -201,7 +211,12 @@ impl Scene {
             let message = "stands beside displacements, which are the same by rows";
             return Err(Issue::new(key("nodes"), message, "give one of them"));
         }
-        let towards = direction(key("direction"), given.direction.as_ref())?;
+        let is_normal =
+            |d: &DirectionKey| matches!(d, DirectionKey::Axis(word) if word == "normal");
+        let towards = match &given.direction {
+            Some(word) if is_normal(word) => None,
+            other => Some(direction(key("direction"), other.as_ref())?),
+        };
         if let Some(why) = &self.rows.unnamed {
             let message = format!("are those of no row: {why}");
             self.rows.missing.get_or_insert(Issue::new(key("nodes"), message, NAME_THEM));
@@ -221,11 +236,32 @@ impl Scene {
             // any rows: they are not read
             true => (0..numbers.len().max(1)).collect(),
             false => {
+                if numbers.is_empty() {
+                    let help = "nodes = [101, 102], or a set of body.deck";
+                    return Err(Issue::new(key("nodes"), "names no node", help));
+                }
                 check_once(&numbers, || key("nodes"))?;
                 let keys = (key("nodes"), key("direction"));
                 let by_node = self.rows.by_node();
-                let found =
-                    numbers.iter().map(|n| self.rows.before((*n, &by_node), &towards, &keys));
+                let normals = match (&towards, nodes) {
+                    (Some(_), _) => HashMap::new(),
+                    (None, NodesKey::Set(set)) => self.normals(key("direction"), set)?,
+                    (None, NodesKey::Numbers(_)) => {
+                        let message =
+                            "\"normal\" is that of a set of body.deck, whose faces have it";
+                        let help = "nodes = \"TIP\", or a direction such as [0.6, 0.8, 0.0]";
+                        return Err(Issue::new(key("direction"), message, help));
+                    }
+                };
+                let before = |n: &i64| {
+                    let towards = towards.or_else(|| normals.get(n).copied()).ok_or_else(|| {
+                        let message = format!("node {n} is on no face of the boundary all of whose nodes are in the set");
+                        let help = "give a set of the nodes of faces, or a direction such as [0.6, 0.8, 0.0]";
+                        Issue::new(key("direction"), message, help)
+                    })?;
+                    self.rows.before((*n, &by_node), &towards, &keys)
+                };
+                let found = numbers.iter().map(before);
                 let (rows, turned): (Vec<usize>, Vec<_>) =
                     found.collect::<Result<Vec<_>, Issue>>()?.into_iter().unzip();
                 let turned: Vec<Turned> = turned.into_iter().flatten().collect();
@@ -309,6 +345,34 @@ impl Scene {
         Ok(())
     }
 
+    /// Outward normals of the nodes of a set of the deck, those of its faces on the boundary weighted by their areas.
+    fn normals(&self, key: String, set: &str) -> Result<HashMap<i64, [f64; 3]>, Issue> {
+        let folder = self.source.file.parent().unwrap_or(Path::new(""));
+        let path = folder.join(self.body.deck.as_deref().unwrap_or(Path::new("")));
+        let help = "give a direction such as [0.6, 0.8, 0.0]";
+        let issue = |why: String| {
+            Issue::new(
+                &key,
+                format!("\"normal\" reads the faces of {}: {why}", path.display()),
+                help,
+            )
+        };
+        let whole = Whole::read(&path).map_err(|(why, _)| issue(why))?;
+        let file = deck::read(&whole.bytes).map_err(|e| issue(whole.place(&e) + &e.message))?;
+        let body = file.body(1.0, &[]).map_err(|e| issue(e.message))?;
+        let found = body.sides.iter().find(|s| s.0.eq_ignore_ascii_case(set));
+        let Some((_, Sides::Boundary(facets))) =
+            found.filter(|s| matches!(s.1, Sides::Boundary(f) if !f.is_empty()))
+        else {
+            return Err(issue(format!("no face of the boundary has all its nodes in \"{set}\"")));
+        };
+        let mesh = body.mesh.clone().with_groups(vec![(set.to_owned(), facets.clone())]);
+        let tags = &body.node_tags;
+        // what a face along axes leaves by rounding is none
+        let clean = |n: Point| n.map(|x| if x.abs() < 1e-12 { 0.0 } else { x });
+        Ok(normals_of(&mesh, set).into_iter().map(|(n, normal)| (tags[n], clean(normal))).collect())
+    }
+
     /// Nodes and sets of the deck beside the matrices; nothing without one.
     fn deck(&self) -> Result<Places, Issue> {
         let folder = self.source.file.parent().unwrap_or(Path::new(""));
@@ -339,7 +403,7 @@ pub(super) fn check_once(nodes: &[i64], key: impl Fn() -> String) -> Check {
 
 /// The unit vector of a direction.
 fn direction(key: String, given: Option<&DirectionKey>) -> Result<[f64; 3], Issue> {
-    let help = "direction = \"x\", \"-z\" or [0.6, 0.8, 0.0]: from the nodes towards the obstacle";
+    let help = "direction = \"x\", \"-z\", [0.6, 0.8, 0.0] or \"normal\" (of a set of body.deck): from the nodes towards the obstacle";
     let fail = |message: String| Err(Issue::new(&key, message, help));
     let mut along = [0.0; 3];
     match given {

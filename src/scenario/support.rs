@@ -119,7 +119,11 @@ impl Scene {
                 Err(Issue::new(format!("support[{i}].{key}"), message, help))
             };
             let of_sides = s.edge.is_some() || s.group.is_some() || s.part_is_given();
-            if of_sides || s.nodes.is_none() {
+            if of_sides && s.nodes.is_some() {
+                let message = "holds nodes, and says sides beside them";
+                return issue("nodes", message, "remove edge, group, from, box and where");
+            }
+            if s.nodes.is_none() {
                 let help = "give nodes = [101, 102], or a set of body.deck, and fix; or leave prescribed displacements out of the matrices";
                 return issue("nodes", "is missing: a body from matrices has no edges", help);
             }

@@ -47,6 +47,11 @@ impl Turned {
         Turned { rows, basis, normal: k }
     }
 
+    /// It as text, for files: its rows, and the vectors that they count along.
+    pub(crate) fn text(&self) -> String {
+        format!("{:?} {:?}", self.rows, self.basis)
+    }
+
     /// Whether it turns no axis, but its sense alone.
     pub fn is_flip(&self) -> bool {
         self.rows.len() == 1

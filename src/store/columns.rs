@@ -38,7 +38,7 @@ static ONCE: &[About] = &[
     About::new("mesh/contact_dofs", "column", CONTACT, "column of trajectory/u along the normal, up to its sign; -1: along no axis"),
     About::new("mesh/contact_area", "area", CONTACT, "area of each contact point: force = pressure x area"),
     About::new("mesh/gap", "length along the contact normal", CONTACT, "distance to the obstacle along the normal, undeformed"),
-    About::new("mesh/row_names", "words", &["row"], "of a body of matrices whose program names its rows: node and direction of each"),
+    About::new("mesh/row_names", "words", &["row"], "of a body of matrices whose program names its rows: node and direction of each, and of those that supports of the scene hold; the attribute turned says which count along other directions than in the matrices"),
     About::new("obstacle/omega", "1/time", &["part"], "of gaps that move: circular frequency of each harmonic part"),
     About::new("obstacle/phase", "1", &["part"], "its phase: cos(omega t + phase)"),
     About::new("obstacle/motion", "length", &["part", "contact point", "direction"], "its amplitude, along the axes: contact displacements are counted from there, nodes stand farther by it"),

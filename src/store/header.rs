@@ -8,6 +8,7 @@ use super::form::write_version;
 use super::mesh::{size_of_mesh, write_mesh};
 use super::moving::write_moving;
 use super::output::{Outputs, Staged, check_room};
+use super::state::TURNS;
 use super::swings::write_swings;
 use super::{StoreError, read_text, write_text};
 use crate::contact::System;
@@ -45,6 +46,8 @@ pub(super) fn create_file(
         names.extend(held.filter(|_| scene.rows.superelement.is_none()));
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         words(&file.group("mesh")?, "row_names", &names)?;
+        let written = file.dataset("mesh/row_names")?;
+        write_text(&written, TURNS, &scene.rows.turns())?;
     }
     write_bodies(&file, scene, system)?;
     write_contact(&file, system)?;

@@ -86,7 +86,7 @@ pub use reader::{Stored, StoredForces, StoredFriction};
 pub use schema::About;
 pub use series::Names;
 pub(crate) use series::read_series;
-pub use state::read_state;
+pub use state::{check_rows, read_state};
 pub use statement::write_statement;
 pub use stored::StoredFamily;
 pub(crate) use study::{is_collected, write_study};

@@ -15,6 +15,37 @@ use crate::scenario::Scene;
 /// Displacement and velocity.
 type State = (Vec<f64>, Vec<f64>);
 
+/// The attribute of `mesh/row_names` that says which rows count along other directions than in the files.
+pub(super) const TURNS: &str = "turned";
+
+/// A state of a body of matrices whose rows have names is one of the same rows, along the same directions.
+pub fn check_rows(path: &Path, scene: &Scene) -> Result<(), StoreError> {
+    let own = scene.rows.labels();
+    if own.is_empty() {
+        return Ok(());
+    }
+    reading(path, || {
+        let Ok(data) = open(path)?.dataset("mesh/row_names") else { return Ok(()) };
+        let names: Vec<hdf5::types::VarLenUnicode> = data.values()?;
+        let differs = own.iter().zip(&names).find(|(own, name)| own.as_str() != name.as_str());
+        if let Some((own, name)) = differs {
+            let what = format!(
+                "its displacement {} stands where {own} of this scene does: rows are others, or turned to another obstacle",
+                name.as_str()
+            );
+            return Err(StoreError::unusable(path, what));
+        }
+        // files of before do not say
+        match read_text(&data, TURNS) {
+            Some(turns) if turns != scene.rows.turns() => {
+                let what = "contact displacements of its scene count along other directions than those of this one";
+                Err(StoreError::unusable(path, what))
+            }
+            _ => Ok(()),
+        }
+    })
+}
+
 /// The state that a file offers as an initial one: of `/orbit` if there is one, else the last of `/trajectory`; as nodal
 /// fields (displacement, velocity) for a mesh, with the same nodes unless they may be interpolated.
 pub fn read_state(path: &Path, mesh: &Mesh, interpolate: bool) -> Result<State, StoreError> {

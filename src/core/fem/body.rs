@@ -396,6 +396,13 @@ impl Body {
         self
     }
 
+    /// Masses of the rows of given matrices that supports hold: their diagonal.
+    pub fn held_masses(&self) -> Vec<f64> {
+        let Some(bordered) = &self.bordered else { return vec![] };
+        let rows = self.dofs.n_rows()..bordered[1].n_rows();
+        rows.map(|i| bordered[1].entry(i, i).copied().unwrap_or(0.0)).collect()
+    }
+
     /// `K w` and `M w` of nodal fields of given matrices, over their rows and those that are held.
     fn bordered_products(&self, w: &[f64]) -> Option<[Vec<f64>; 2]> {
         let bordered = self.bordered.as_ref()?;

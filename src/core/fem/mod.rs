@@ -60,6 +60,7 @@ pub use load::{Course, Harmonic, Loads, Measured};
 pub use massless::{Massless, motions_without_mass, standing_beside};
 pub use matrix_market::parse_matrix_market;
 pub use moments::Moments;
+pub use normals::normals_of;
 pub(crate) use pivots::Pivots;
 pub use probe::{Nowhere, Probe, Quantity, Spot};
 pub use reduction::{Interface, Kept, Reduction};

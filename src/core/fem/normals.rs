@@ -16,6 +16,11 @@ pub(super) struct GroupNode {
     pub sides: Vec<Point>,
 }
 
+/// The nodes of a group with their outward normals.
+pub fn normals_of(mesh: &Mesh, group: &str) -> Vec<(usize, Point)> {
+    nodes_of(mesh, group).into_iter().map(|n| (n.node, n.normal)).collect()
+}
+
 /// The nodes of a group in their order.
 pub(super) fn nodes_of(mesh: &Mesh, group: &str) -> Vec<GroupNode> {
     let order = mesh.group_nodes(group);

@@ -174,7 +174,7 @@ pub struct Places {
     pub nodes: Vec<(i64, Point)>,
     /// Names of sets, and the numbers of their nodes, ascending.
     pub sets: Vec<(String, Vec<i64>)>,
-    /// Nodes in equations (`*EQUATION`), ascending: matrices have some of their displacements in those of others.
+    /// Nodes in equations (`*EQUATION`, `*MPC`), ascending: matrices have some of their displacements in those of others.
     pub coupled: Vec<i64>,
 }
 
@@ -283,6 +283,11 @@ impl Deck {
         {
             let help = "write the deck anew with its nodes and elements in it, along x, y and z";
             return refuse(format!("*{name} with {key}= is not read"), help);
+        }
+        if self.only_nodes && ["EQUATION", "MPC"].contains(&name) && keyword.get("INPUT").is_some()
+        {
+            let help = "write its lines into the deck, or leave the deck out";
+            return refuse(format!("*{name} with INPUT= is not read"), help);
         }
         // rows of matrices are then along these axes
         if self.only_nodes && name == "TRANSFORM" {
@@ -421,10 +426,14 @@ impl Deck {
             })
         };
         let of_nodes = matches!(keyword.name.as_str(), "NODE" | "NSET" | "INSTANCE");
-        // node, direction, factor; behind their number
-        if self.only_nodes && keyword.name == "EQUATION" && words.len() > 2 {
-            let nodes = words.chunks(3).map(|term| term[0].trim_matches('"').to_owned());
-            self.all.coupled.extend(nodes);
+        // node, direction, factor, behind their number; a kind and nodes
+        let name = |w: &str| w.trim_matches('"').to_owned();
+        match &keyword.name[..] {
+            "EQUATION" if self.only_nodes && words.len() > 2 => {
+                self.all.coupled.extend(words.chunks(3).map(|term| name(term[0])));
+            }
+            "MPC" if self.only_nodes => self.all.coupled.extend(words[1..].iter().map(|w| name(w))),
+            _ => {}
         }
         if self.only_nodes && !of_nodes {
             return Ok(());

@@ -339,6 +339,7 @@ pub fn parse_name(text: &str) -> Option<DofName> {
 
 /// Names in a list, a row a line: node and direction (1 to 6, 0 for scalars, or x y z rx ry rz), behind a comma, a semicolon, blanks or a dot. A heading may stand above them.
 pub fn parse_name_list(text: &str) -> Result<Vec<DofName>, String> {
+    let text = text.trim_start_matches('\u{feff}');
     let lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
     let name = |line: &str| {
         let words: Vec<&str> = line
