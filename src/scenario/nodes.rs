@@ -95,21 +95,14 @@ impl Scene {
         let is_in = |node: &str| {
             node.parse().is_ok_and(|node: i64| places.coupled.binary_search(&node).is_ok())
         };
-        let is_coupled =
-            |row: &usize| self.rows.names.get(*row).is_some_and(|name| is_in(&name.node));
-        if let Some((k, held)) = self.rows.held_rows().find(|(_, name)| is_in(&name.node)) {
-            let message = format!(
-                "{held} is of a node in an *EQUATION or *MPC of the deck: its row moves other displacements along"
-            );
-            let help = "name nodes that no equation has, or export matrices without it";
-            return Err(Issue::new(format!("support[{k}].nodes"), message, help));
-        }
-        match self.named_rows().into_iter().find(|(_, row)| is_coupled(row)) {
+        let held = self.rows.held_rows().map(|(k, name)| (format!("support[{k}].nodes"), name));
+        let named = self.named_rows().into_iter();
+        let named = named.filter_map(|(key, row)| Some((key, self.rows.names.get(row)?)));
+        match held.chain(named).find(|(_, name)| is_in(&name.node)) {
             None => Ok(()),
-            Some((key, row)) => {
+            Some((key, name)) => {
                 let message = format!(
-                    "{} is of a node in an *EQUATION or *MPC of the deck: its row moves other displacements along",
-                    self.rows.names[row]
+                    "{name} is of a node in an *EQUATION or *MPC of the deck: its row moves other displacements along"
                 );
                 let help = "name nodes that no equation has, or export matrices without it";
                 Err(Issue::new(key, message, help))
