@@ -380,6 +380,8 @@ fn what_an_oblique_wall_cannot_be() {
         (format!("{first}stress = [[[0, 1.0]], [[3, 1.0]]]\n"), "turned to an oblique direction"),
         ("[contact]\nnodes = []\ndirection = 'x'\ngap = 1.0\n".into(), "names no node"),
         ("[[support]]\nnodes = []\nfix = ['x']\n".into(), "names no node"),
+        // a number that is no row
+        ("[[probe]]\nname = 'p'\nnode = 9999\n".into(), "9999: the rows count from 0 to"),
         (
             format!(
                 "{first}[[contact]]\nnodes = [103]\ndirection = 'x'\ngap = 1.0\n[[contact]]\nnodes = [103]\ndirection = '-x'\ngap = 1.0\n"

@@ -495,7 +495,8 @@ pub(super) fn note(scene: &Scene, body: &Body, notes: &mut Notes) {
     let named: BTreeSet<&str> = scene
         .named_rows()
         .into_iter()
-        .map(|(_, row)| &names[row].node[..])
+        // rows that the matrices do not have are refused where they are read
+        .filter_map(|(_, row)| Some(&names.get(row)?.node[..]))
         .chain(held.iter().map(|name| &name.node[..]))
         .collect();
     // point masses of the scene act along one direction
@@ -566,15 +567,13 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), Prob
             (0..own.len()).find(|i| own[..*i].contains(&own[*i]) || rows.facing.contains(&own[*i]));
         if let Some(i) = twice {
             let message = format!("{} stands there twice", scene.rows.label(own[i]));
-            let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
             let help = "one displacement meets one obstacle in front; gap_behind is one behind";
-            return Err(fault(scene, &key(by), message, help));
+            return Err(fault(scene, &key(o.given.key()), message, help));
         }
         if let Some(bad) = own.iter().find(|row| **row >= n) {
             let message = format!("{bad} is no row of the matrices");
             let help = format!("give rows from 0 to {}", n - 1);
-            let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
-            return Err(fault(scene, &key(by), message, &help));
+            return Err(fault(scene, &key(o.given.key()), message, &help));
         }
         let gap = given_gaps(scene, o);
         let fail = |name: &str, message: String| {

@@ -29,6 +29,11 @@ impl Given {
         self.displacements.as_deref().unwrap_or_default()
     }
 
+    /// The key that names them.
+    pub(crate) fn key(&self) -> &'static str {
+        if self.by_nodes() { "nodes" } else { "displacements" }
+    }
+
     /// Whether these were given by nodes.
     pub(crate) fn by_nodes(&self) -> bool {
         self.nodes.is_some()

@@ -115,8 +115,7 @@ impl Scene {
         let mut all = vec![];
         if let Some(contact) = &self.contact {
             for (k, o) in contact.obstacles.iter().enumerate() {
-                let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
-                all.extend(o.given.rows().iter().map(|row| (contact.key(k, by), *row)));
+                all.extend(o.given.rows().iter().map(|row| (contact.key(k, o.given.key()), *row)));
                 let tangents = o.given.tangents.iter().flatten();
                 all.extend(tangents.map(|row| (contact.key(k, "tangents"), *row)));
             }
@@ -151,13 +150,12 @@ impl Scene {
                 let flipped = all.iter().filter(|t| t.rows().contains(row)).count() > 1;
                 flipped || own.any(|t| t.normal_row() != **row)
             };
-            let by = if o.given.by_nodes() { "nodes" } else { "displacements" };
             if let Some(row) = o.given.rows().iter().find(is_other) {
                 let node = &self.rows.names[*row].node;
                 let message =
                     format!("names {node}, which a table has turned to its own direction");
                 let help = "give each node one direction, unless all of them are axes";
-                return Err(Issue::new(key(by), message, help));
+                return Err(Issue::new(key(o.given.key()), message, help));
             }
             let axis = |(i, row): &(usize, &usize)| {
                 let named = self.rows.across.contains_key(&key(&format!("tangents[{i}]")));
