@@ -163,6 +163,11 @@ pictures: build peers
 	$(BIN) plot out/probed.h5 --only probes,spectra --dpi 110
 	cp out/probed-probes.png docs/probes.png
 	cp out/probed-spectra.png docs/spectra.png
+	$(BIN) trust scenarios/probed-plate.toml -o out/trust --force
+	cp out/trust.png docs/trust.png
+	$(BIN) run scenarios/two-stops.toml -o out/two-stops.h5 --force -q
+	$(BIN) plot out/two-stops.h5 --only shapes --dpi 110
+	cp out/two-stops-shapes.png docs/two-stops.png
 	$(BIN) run scenarios/rotating-casing.toml -o out/casing.h5 --force -q
 	$(BIN) plot out/casing.h5 --only contact --dpi 110
 	cp out/casing-contact.png docs/casing.png

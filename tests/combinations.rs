@@ -20,6 +20,9 @@ const PLATE: &str = "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [4,
 const MATRICES: &str =
     "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n";
 const NAMED: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_named.mtx\"\nstiffness_matrix = \"K_named.mtx\"\n";
+const CALCULIX: &str =
+    "[body]\nkind = \"matrices\"\nmass_matrix = \"block.mas\"\nstiffness_matrix = \"block.sti\"\n";
+const NASTRAN: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"super.pch:/MAAX\"\nstiffness_matrix = \"super.pch:/KAAX\"\n";
 const PLANE: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_plane.mtx\"\nstiffness_matrix = \"K_plane.mtx\"\n";
 const SHAKEN: &str = "[body]\nkind = \"matrices\"\nmass_matrix = \"M_based.mtx\"\nstiffness_matrix = \"K_based.mtx\"\n\
                       [[support]]\nnodes = [1]\nfix = [\"x\"]\n";
@@ -137,6 +140,16 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     contact: "[contact]\nnodes = [12]\ndirection = \"x\"\ngap = 1.0\n".into(),
                     extra: "[reduction]\nkind = \"free-interface\"\nmodes = 2\n",
                     ..Row::of_contact("matrices in free-interface form, contact by nodes", NAMED, "")
+                },
+                Row {
+                    contact: "[contact]\ndisplacements = [\"12.1\"]\ngap = 1.0\nmethod = \"mass-redistribution\"\n".into(),
+                    extra: "[[probe]]\nname = \"tip\"\nnode = \"12.1\"\n",
+                    load: format!("{LOAD}[[load]]\nkind = \"gravity\"\namplitude = [0.05, 0.0, 0.0]\n"),
+                    ..Row::of_contact("matrices of CalculiX, `[[probe]]`, gravity", CALCULIX, "")
+                },
+                Row {
+                    contact: "[contact]\ndisplacements = [\"12.1\"]\ngap = 1.0\nmethod = \"mass-redistribution\"\n".into(),
+                    ..Row::of_contact("matrices of Nastran (punch)", NASTRAN, "")
                 },
                 Row {
                     contact: "[[contact]]\nnodes = [12]\ndirection = [0.8, 0.6]\ngap = 1.0\nfriction = 0.2\n\
@@ -337,8 +350,8 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
     ]
 }
 
-/// A command: its heading, the scene it wants, its arguments; `@` is the scene's file, `=NAME` the file that the command with that heading wrote.
-const COLUMNS: [(&str, Scene, &[&str]); 19] = [
+/// A command: its heading, the scene it wants, its arguments; `@` is the scene's file, `=NAME` the file that the command with that heading wrote, `%` a study of the scene, `#` the key of its gap.
+const COLUMNS: [(&str, Scene, &[&str]); 26] = [
     ("run", Scene::Forced, &["run", "@"]),
     ("picture", Scene::Forced, &["plot", "=run"]),
     ("table", Scene::Forced, &["export", "=run", "--format", "csv"]),
@@ -348,14 +361,25 @@ const COLUMNS: [(&str, Scene, &[&str]); 19] = [
     ("compare", Scene::Forced, &["compare", "@"]),
     ("reduce", Scene::Forced, &["reduce", "@"]),
     ("trust", Scene::Forced, &["trust", "@"]),
+    ("precision", Scene::Forced, &["precision", "@", "--repeats", "1"]),
+    ("study", Scene::Forced, &["study", "run", "%", "--workers", "1"]),
     ("orbit", Scene::Forced, &["orbit", "@"]),
     ("derived", Scene::Forced, &["orbit", "@", "--sensitivity", "omega"]),
     ("response", Scene::Forced, &["response", "@", "--points", "10"]),
     ("resumed", Scene::Forced, &["response", "@", "--points", "14", "--resume"]),
+    ("bands", Scene::Forced, &["bands", "=response", "--deviation", "#=2%"]),
     ("hbm", Scene::Forced, &["response", "@", "--method", "hbm", "--step", "0.4"]),
     ("crosscheck", Scene::Forced, &["crosscheck", "=hbm", "@"]),
     ("sweep", Scene::Forced, &["response", "@", "--sweep", "up", "--step", "0.4"]),
     ("through", Scene::Forced, &["response", "@", "--through", "=sweep", "--points", "10"]),
+    (
+        "curve",
+        Scene::Forced,
+        &["curve", "@", "--of", "peak", "--over", "#=0.95,1.05", "--points", "2"],
+    ),
+    ("diagram", Scene::Forced, &["diagram", "@", "--over", "#=1.0,1.1", "--steps", "2"]),
+    ("resonance", Scene::Forced, &["phase-resonance", "@", "--over", "#=1.0,1.1", "--steps", "2"]),
+    ("basins", Scene::Forced, &["basins", "@", "--size", "3"]),
     ("backbone", Scene::Free, &["backbone", "@", "--step", "0.02"]),
     ("viscous", Scene::Free, &["backbone", "@", "--viscous", "--points", "6"]),
 ];
@@ -454,6 +478,22 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
         let lines: Vec<String> = lines.collect();
         let named = name.replace(".mtx", "_named.mtx");
         std::fs::write(folder.join(named), lines.join("\n") + "\n").unwrap();
+        // as CalculiX and Nastran write them
+        let upper: String = entries.iter().map(|(i, j, x)| format!("{j} {i} {x:e}\n")).collect();
+        let ending = if name.starts_with('K') { "sti" } else { "mas" };
+        std::fs::write(folder.join(format!("block.{ending}")), upper).unwrap();
+        std::fs::write(folder.join("block.dof"), "3.1\n5.1\n7.1\n12.1\n").unwrap();
+        let called = format!("{}AAX", &name[..1]);
+        let mut punch = format!("DMIG    {called:<8}{:>8}{:>8}{:>8}{:>8}\n", 0, 6, 2, 0);
+        for (i, j, x) in entries {
+            let [row, column] = [i, j].map(|k| ["3", "5", "7", "12"][k - 1]);
+            writeln!(punch, "DMIG*   {called:<16}{column:>16}{:>16}", 1).unwrap();
+            let value = format!("{x:.9E}");
+            writeln!(punch, "*       {row:>16}{:>16}{value:>16}", 1).unwrap();
+        }
+        let path = folder.join("super.pch");
+        let before = std::fs::read_to_string(&path).unwrap_or_default();
+        std::fs::write(path, before + &punch).unwrap();
         // and with the node that the first spring hangs on
         let base: &[&str] = match name.starts_with('K') {
             true => &["1,1, 1,1, 16.0", "3,1, 1,1, -16.0"],
@@ -508,7 +548,9 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
         let name = match heading {
             "resumed" => "response.h5".to_owned(),
             // beginnings of names
-            "picture" | "table" | "fields" | "compare" => heading.to_owned(),
+            "picture" | "table" | "fields" | "compare" | "precision" | "study" => {
+                heading.to_owned()
+            }
             "page" => "page.html".to_owned(),
             _ => format!("{heading}.h5"),
         };
@@ -517,13 +559,22 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
     for (heading, of, arguments) in COLUMNS {
         let scene = folder.join(if of == Scene::Free { "free.toml" } else { "scene.toml" });
         std::fs::write(&scene, row.text(of)).unwrap();
+        let gap =
+            if row.contact.contains("[[contact]]") { "contact[0].gap" } else { "contact.gap" };
+        let study = folder.join("study.toml");
+        let text =
+            format!("scene = \"scene.toml\"\ncommand = \"run\"\n[vary]\n\"{gap}\" = [1.0, 1.05]\n");
+        std::fs::write(&study, text).unwrap();
         let earlier = arguments.iter().find_map(|a| a.strip_prefix('='));
         let refused =
             earlier.map(|name| &done[name]).filter(|d| **d != Ok(Outcome::Works)).cloned();
         let found = refused.unwrap_or_else(|| {
             let arguments = arguments.iter().map(|a| match a.strip_prefix('=') {
                 Some(name) => file(name),
-                None => a.replace('@', &scene.display().to_string()),
+                None => a
+                    .replace('@', &scene.display().to_string())
+                    .replace('%', &study.display().to_string())
+                    .replace('#', gap),
             });
             let mut arguments: Vec<String> = arguments.collect();
             if !["trust", "modes"].contains(&heading) {
@@ -560,7 +611,7 @@ fn page(tables: &[Table]) -> String {
     let mut messages: Vec<&str> = vec![];
     let about = "Each cell is a run of the program on a small body (`cargo test combinations::`): *yes*, with every frequency answered, or the number of the refusal below. \
                  `trust` is `signorini trust`; `resumed`: `response --resume`; `hbm`: `response --method hbm`; `crosscheck` of those series; `sweep`: `response --sweep up`; \
-                 `through`: `response --through` of that sweep; `backbone` and `viscous` (`backbone --viscous`) of the scene without its damping and its loads; `derived`: \
+                 `through`: `response --through` of that sweep; `study`: two runs; `bands` of the response, `curve` of its peak, `diagram`, `resonance` (`phase-resonance`): over the gap; `backbone` and `viscous` (`backbone --viscous`) of the scene without its damping and its loads; `derived`: \
                  `orbit --sensitivity omega`; `picture`, `table`, `fields`, `page`: `plot`, `export` to CSV and VTKHDF, `view` of the run. What is not said is that of the plate: method \
                  `nbm`, damping by a ratio, a harmonic load in the first mode.";
     let mut text = format!("# What goes with what\n\n{}\n", wrapped("", about));

@@ -550,3 +550,36 @@ fn a_table_has_the_motion_of_any_node() {
     let message = refused(folder, &["export", "plate.h5", "--nodes", "2", "--format", "vtu"]);
     assert!(message.contains("--nodes"), "{message}");
 }
+
+/// A table that the program made may be written anew, whatever it is of; another's stays.
+#[test]
+fn own_tables_are_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scene = "[body]\nkind = 'plate'\nsize = [1.0, 0.3]\nelements = [4, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+        [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[[support]]\nedge = 'bottom'\nfix = ['y']\n[contact]\nedge = 'right'\ngap = 1.0\n\
+        [damping]\nratio = 0.05\nmode = 1\n[[load]]\nkind = 'mode'\nmode = 1\npeak = 2.0\nomega = 1.7\n\
+        [orbit]\nomega = 1.7\nrange = [1.7, 1.9]\n";
+    fs::write(folder.join("s.toml"), scene).unwrap();
+    let over = ["--over", "contact.gap=1.0,1.1", "--steps", "2"];
+    fine(folder, &[&["diagram", "s.toml", "-o", "diagram.h5"][..], &over].concat());
+    fine(folder, &[&["phase-resonance", "s.toml", "-o", "resonance.h5"][..], &over].concat());
+    fine(folder, &["basins", "s.toml", "--size", "2", "-o", "basins.h5"]);
+    let peak = ["--of", "peak", "--over", "contact.gap=0.98,1.02", "--points", "1"];
+    signorini(folder, &[&["curve", "s.toml", "-o", "curve.h5"][..], &peak].concat());
+    signorini(folder, &["response", "s.toml", "--points", "3", "-o", "response.h5"]);
+    fine(folder, &["bands", "response.h5", "--deviation", "contact.gap=2%", "-o", "bands.h5"]);
+    for name in ["diagram", "resonance", "basins", "curve", "bands", "response"] {
+        let file = format!("{name}.h5");
+        fine(folder, &["export", &file]);
+        let table = folder.join(format!("{name}.csv"));
+        let first = fs::read(&table).unwrap();
+        fine(folder, &["export", &file, "--force"]);
+        assert!(fs::read(&table).unwrap() == first, "{name}");
+        fs::write(&table, "a,b\n1,2\n").unwrap();
+        let message = refused(folder, &["export", &file, "--force"]);
+        assert!(message.contains("was not made by signorini"), "{name}: {message}");
+    }
+    fine(folder, &["trust", "s.toml", "-o", "margins"]);
+    fine(folder, &["trust", "s.toml", "-o", "margins", "--force"]);
+}

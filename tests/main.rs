@@ -30,6 +30,7 @@ mod exact_flows;
 mod excursions;
 mod exponents;
 mod export;
+mod extremes;
 mod family_pictures;
 mod file_format;
 mod fingerprint;

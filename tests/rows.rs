@@ -38,6 +38,14 @@ fn dense(name: &str) -> DMatrix<f64> {
     all
 }
 
+/// The header and the rows of a table.
+fn columns(path: &Path) -> (Vec<String>, Vec<Vec<String>>) {
+    let text = std::fs::read_to_string(path).unwrap();
+    let words = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let mut lines = text.lines();
+    (words(lines.next().unwrap()), lines.map(words).collect())
+}
+
 fn times(said: &Value) -> Vec<f64> {
     said["switches"].as_array().unwrap().iter().map(|s| s["t"].as_f64().unwrap()).collect()
 }
@@ -98,21 +106,30 @@ fn an_oblique_wall_is_a_turned_frame() {
         format!("[[probe]]\nname = 'p{c}'\nnode = '101.{c}'\nquantity = ['displacement']\n")
     };
     let probes: String = (1..=3).map(probe).collect();
+    let along = "[[probe]]\nname = 'p4'\nnode = '101.n'\nquantity = ['displacement']\n";
     let forces = Vector3::new(3e3, -1e4, 2e4);
     // of the free-interface form the same rows have to stay: no spring
     let spring = "[[spring]]\nrow = '103.2'\nstiffness = 3e4\n";
     let free = "[reduction]\nkind = 'free-interface'\nmodes = 9\n";
+    let falls = |a: Vector3<f64>| {
+        format!(
+            "[[load]]\nkind = 'gravity'\namplitude = [{:e}, {:e}, {:e}]\nomega = 4e4\n",
+            a[0], a[1], a[2]
+        )
+    };
+    let pull = Vector3::new(-4e5, 9e5, 2e5);
     for (what, more, stiffness) in
         [("block", spring, "K-held"), ("block, free interface", free, "K")]
     {
         let own = format!(
             "[body]\nkind = 'matrices'\nstiffness_matrix = '{}'\nmass_matrix = '{}'\ndeck = '{}'\n\
-             [contact]\nnodes = 'TIP'\ndirection = [2, -3, 6]\n{common}{probes}{}{}{more}",
+             [contact]\nnodes = 'TIP'\ndirection = [2, -3, 6]\n{common}{probes}{along}{}{}{more}{}",
             sample("block.sti"),
             sample("block.mas"),
             sample("block.inp"),
             load("145", 1, forces[0]) + &load("145", 2, 4e3),
             load("101", 2, forces[1]) + &load("145", 3, forces[2]),
+            if more == free { String::new() } else { falls(pull) },
         );
         let of = |f: Vector3<f64>, node: &str| -> String {
             let turned = frame * f;
@@ -123,7 +140,7 @@ fn an_oblique_wall_is_a_turned_frame() {
              [contact]\nnodes = [101, 102, 103, 104, 105, 106, 107, 108, 109]\ndirection = 'x'\n{common}{probes}{}{}{}",
             of(Vector3::new(forces[0], 4e3, forces[2]), "145"),
             of(Vector3::new(0.0, forces[1], 0.0), "101"),
-            if more == free { free } else { "" },
+            if more == free { free.to_owned() } else { falls(frame * pull) },
         );
         let deck = std::fs::read_to_string(sample("block.inp")).unwrap();
         assert!(deck.contains("NSET=TIP"), "the set of the test");
@@ -141,6 +158,19 @@ fn an_oblique_wall_is_a_turned_frame() {
         let b = json(&["run", &hand, "-o", &files[1], "--force"]);
         same_switches(&a, &b, 4e-4, what);
         assert_eq!(a["switches"][0]["name"].as_str().unwrap().rsplit_once('.').unwrap().1, "n");
+        // tables by names
+        run(&["export", &files[0], "--nodes", "101.n,101.t2", "-q", "--force"]);
+        let (header, rows) = columns(&folder.join("a.csv"));
+        let of = |name: &str| {
+            let k = header.iter().position(|h| h == name).unwrap_or_else(|| panic!("{header:?}"));
+            rows.iter().map(|row| row[k].clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(of("u[101.n]"), of("u_n[101.n]"));
+        assert_ne!(of("u[101.t2]"), of("u[101.n]"));
+        let (header, rows) = columns(&folder.join("a-switches.csv"));
+        let k = header.iter().position(|h| h == "contact").unwrap();
+        let named = a["switches"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap());
+        assert!(named.eq(rows.iter().map(|row| &row[k][..])), "{rows:?}");
         let [a, b] = files.map(|f| hdf5_files().open(f).unwrap());
         let at = |file: &hdf5::File, c: usize| -> Vec<f64> {
             file.dataset(&format!("probes/p{c}/displacement")).unwrap().read_raw().unwrap()
@@ -153,6 +183,13 @@ fn an_oblique_wall_is_a_turned_frame() {
             let size = x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             let apart = (0..x.len()).fold(0.0f64, |m, i| m.max((x[i] - of(i)).abs()));
             assert!(apart < 1e-8 * size, "probe {c}: {apart:e} of {size:e}");
+        }
+        // the probe along the direction is that of the axes
+        let own: Vec<Vec<f64>> = (1..=4).map(|c| at(&a, c)).collect();
+        let size = own[3].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        for i in 0..own[0].len() {
+            let along: f64 = (0..3).map(|c| n[c] * own[c][i]).sum();
+            assert!((own[3][i] - along).abs() < 1e-12 * size, "{} {along}", own[3][i]);
         }
     }
 }
@@ -380,6 +417,8 @@ fn what_an_oblique_wall_cannot_be() {
         (format!("{first}stress = [[[0, 1.0]], [[3, 1.0]]]\n"), "turned to an oblique direction"),
         ("[contact]\nnodes = []\ndirection = 'x'\ngap = 1.0\n".into(), "names no node"),
         ("[[support]]\nnodes = []\nfix = ['x']\n".into(), "names no node"),
+        ("[[probe]]\nname = 'p'\nnode = '101.n'\n".into(), "no row is called \"101.n\""),
+        (format!("{first}[[probe]]\nname = 'p'\nnode = '101.t1'\n"), "no row is called"),
         // a number that is no row
         ("[[probe]]\nname = 'p'\nnode = 9999\n".into(), "9999: the rows count from 0 to"),
         (
@@ -423,6 +462,12 @@ fn supports_of_matrices_move_as_those_of_elements() {
         let nodes = mesh.group_nodes(group).into_iter().filter(|n| keep(mesh.nodes()[*n][0]));
         nodes.map(|n| (n + 1).to_string()).collect::<Vec<_>>().join(", ")
     };
+    let mut deck = "*NODE\n".to_owned();
+    for (k, p) in mesh.nodes().iter().enumerate() {
+        let _ = writeln!(deck, "{}, {}, {}, 0.0", k + 1, p[0], p[1]);
+    }
+    let _ = writeln!(deck, "*NSET, NSET=Wall\n{}", numbers("left", &|_| true));
+    written(folder, "plate.inp", &deck);
     let right = numbers("right", &|_| true);
     let left = numbers("left", &|_| true);
     let bottom = numbers("bottom", &|x| (0.1..1.1).contains(&x));
@@ -432,14 +477,16 @@ fn supports_of_matrices_move_as_those_of_elements() {
         format!("[[load]]\nkind = 'base'\n{at}amplitude = {by}\nomega = {omega}\nphase = 0.3\n")
     };
     let plate = "[body]\nkind = 'plate'\nsize = [2.0, 1.0]\nelements = [6, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n";
-    let given = "[body]\nkind = 'matrices'\nstiffness_matrix = 'K.mtx'\nmass_matrix = 'M.mtx'\n";
+    let given = "[body]\nkind = 'matrices'\nstiffness_matrix = 'K.mtx'\nmass_matrix = 'M.mtx'\ndeck = 'plate.inp'\n";
+    let falls = |by: &str| format!("[[load]]\nkind = 'gravity'\namplitude = {by}\nomega = 0.7\n");
     for (what, own, hand) in [
         (
             "all supports",
             "[[support]]\nedge = 'left'\nfix = ['x', 'y']\n".to_owned()
                 + &move_by("edge = 'left'\n", "[0.2, 0.1]", 0.7),
-            format!("[[support]]\nnodes = [{left}]\nfix = ['x', 'y']\n")
-                + &move_by("", "[0.2, 0.1, 0.0]", 0.7),
+            // by a set, however it is written
+            "[[support]]\nnodes = 'wall'\nfix = ['x', 'y']\n".to_owned()
+                + &move_by("group = 'WALL'\n", "[0.2, 0.1, 0.0]", 0.7),
         ),
         (
             "one of two",
@@ -447,6 +494,13 @@ fn supports_of_matrices_move_as_those_of_elements() {
                 + &move_by("edge = 'left'\n", "[0.2, 0.0]", 0.7),
             format!("[[support]]\nnodes = [{left}]\nfix = ['x', 'y']\n[[support]]\nnodes = [{bottom}]\nfix = ['y']\n")
                 + &move_by("group = 'support[0]'\n", "[0.2, 0.0, 0.0]", 0.7),
+        ),
+        (
+            "gravity",
+            "[[support]]\nedge = 'left'\nfix = ['x', 'y']\n".to_owned()
+                + &falls("[0.05, -0.02]"),
+            "[[support]]\nnodes = 'WALL'\nfix = ['x', 'y']\n".to_owned()
+                + &falls("[0.05, -0.02, 0.0]"),
         ),
     ] {
         let own = format!("{plate}{own}[contact]\nedge = 'right'\ngap = 0.1\n{method}{rest}");
@@ -465,7 +519,7 @@ fn supports_of_matrices_move_as_those_of_elements() {
         // axes of the supports of elements are supports of one row each here
         let (f, g) = (read(&a, "forces/support/force"), read(&b, "forces/support/force"));
         let count = g.len() / read(&b, "energy/t").len();
-        assert_eq!(count, if what == "all supports" { 2 } else { 3 });
+        assert_eq!(count, if what == "one of two" { 3 } else { 2 });
         let per = f.len() / read(&a, "energy/t").len();
         let largest = f.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let mut apart = 0.0f64;
@@ -490,6 +544,19 @@ fn supports_of_matrices_move_as_those_of_elements() {
         (move_by("edge = 'left'\n", "[0.1, 0.0, 0.0]", 1.0), "has no edges"),
     ] {
         let bad = format!("{given}[[support]]\nnodes = [{left}]\nfix = ['x', 'y']\n{load}");
+        refused(&written(folder, "bad.toml", &bad), words);
+    }
+    // rows that nobody names, modes
+    let nameless = given.replace("K.mtx", "plain.mtx").replace("deck = 'plate.inp'\n", "");
+    std::fs::copy(folder.join("K.mtx"), folder.join("plain.mtx")).unwrap();
+    let contact = format!("[contact]\nnodes = [{right}]\ndirection = 'x'\ngap = 0.1\n");
+    let modes = "[reduction]\nkind = 'free-interface'\nmodes = 4\n";
+    let held = format!("[[support]]\nnodes = [{left}]\nfix = ['x', 'y']\n");
+    for (bad, words) in [
+        (nameless + &falls("[0.1, 0.0, 0.0]"), "nobody says along what the rows count"),
+        (format!("{given}{held}{contact}{modes}{}", falls("[0.1, 0.0, 0.0]")), "modes have none"),
+        (format!("{given}{}", falls("[0.1, 0.0]")), "needs 3 numbers, has 2"),
+    ] {
         refused(&written(folder, "bad.toml", &bad), words);
     }
     let free = format!("{given}{}", move_by("", "[0.1, 0.0, 0.0]", 1.0));

@@ -7,7 +7,7 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 40] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 41] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("beam", 16, 1.4059687900e2, 4.3624021719e2, 2.6014009249e-10, 2083),
     ("blade", 14, 3.2864288542e1, 4.8348999608e2, 4.0216397725e-8, 16032),
@@ -38,6 +38,7 @@ const GOLDEN: [(&str, usize, f64, f64, f64, u64); 40] = [
     ("squeal-belt", 312, 1.3788038101e0, 1.1987793766e2, 1.7506636645e-1, 572),
     ("two-frequencies", 79, 9.8338824183e-1, 8.5048591841e1, 6.7080441302e-2, 290),
     ("two-mass-stop", 72, 41.4010668552, 378.0610918347, 0.3995673372, 394),
+    ("two-stops", 54, 3.3532829095e-1, 1.9330882425e1, 1.5344974552e-3, 8988),
     ("vadcard", 6, 1.209713529e-3, 1.405849021e-3, 8.026203612e1, 190),
     ("valve", 96, 1.0011765660e0, 8.1318328618e1, 1.4816785108e-4, 2969),
     ("blocks", 24, 2.0000000000e-1, 3.0893084528e0, 3.0000000000e-2, 405),

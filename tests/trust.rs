@@ -122,6 +122,16 @@ fn the_error_of_a_cantilever_is_what_it_says() {
         }
         let words = said["words"].to_string();
         assert!(words.contains("frequencies are off by up to"), "{words}");
+        // functions of the edges: a part of the error of a triangle's frequency
+        if kind == ElementKind::Tri3 {
+            for (k, mode) in said["relief"].as_array().unwrap().iter().take(2).enumerate() {
+                let (omega, eta) =
+                    (mode["omega"].as_f64().unwrap(), mode["share"].as_f64().unwrap());
+                let share = (1.0 / (1.0 - eta).sqrt() - 1.0) / (omega / truth[k] - 1.0);
+                eprintln!("{name}, mode {}: {share:.2} of {:.3}", k + 1, omega / truth[k] - 1.0);
+                assert!((0.6..1.0).contains(&share), "{name} {k}: {share}");
+            }
+        }
     }
     // the share of incompatible modes, without another solution: within a percent
     let said = json(&["trust", &folder.path().join("q4.toml").display().to_string()]);
@@ -134,6 +144,31 @@ fn the_error_of_a_cantilever_is_what_it_says() {
             truth[k]
         );
     }
+}
+
+/// The table and the picture have what is told.
+#[test]
+fn trust_is_a_table_and_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = rectangle(ElementKind::Quad4, [0.0, 1.0], 0.4, (6, 3), 0.0);
+    let scene = scene(folder.path(), "q4", &mesh, &(HELD.to_owned() + STRUCK));
+    let stem = folder.path().join("margins").display().to_string();
+    let said = json(&["trust", &scene, "-o", &stem]);
+    let table = std::fs::read_to_string(format!("{stem}.csv")).unwrap();
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("kind,name,value,beside_1,off_1,beside_2,off_2"));
+    let all = said["figures"].as_array().unwrap();
+    assert_eq!(lines.clone().count(), all.len());
+    for (line, f) in lines.zip(all) {
+        let off = line.rsplit(',').nth(2).unwrap();
+        assert_eq!(off.parse::<f64>().ok(), f["relative"][0].as_f64(), "{line} {f}");
+    }
+    let svg = std::fs::read_to_string(format!("{stem}.svg")).unwrap();
+    assert!(svg.contains("frequency open 1") && svg.contains("elements of half the size"));
+    assert_eq!(said["written"].as_array().unwrap().len(), 4);
+    // what is not its own stays
+    std::fs::write(format!("{stem}.csv"), "mine").unwrap();
+    refused(&["trust", &scene, "-o", &stem], "was not made by signorini");
 }
 
 /// In space: linear tetrahedra beside Tet10, Hex8 beside twice as many along every edge; every command that runs such a body warns.
@@ -159,6 +194,15 @@ fn bodies_in_space_are_raised_and_halved() {
         let other = numbers(&json(&["modes", &scenes[1]])["open"]["omega"]);
         for (k, f) in figures(&said, "frequency").iter().enumerate() {
             assert!((beside(f) / other[k] - 1.0).abs() < 1e-8, "{kind} {f} {}", other[k]);
+        }
+        if kind == "raised" {
+            for (k, mode) in said["relief"].as_array().unwrap().iter().enumerate() {
+                let (omega, eta) =
+                    (mode["omega"].as_f64().unwrap(), mode["share"].as_f64().unwrap());
+                let share = (1.0 / (1.0 - eta).sqrt() - 1.0) / (omega / other[k] - 1.0);
+                eprintln!("Tet4, mode {}: {share:.2} of {:.3}", k + 1, omega / other[k] - 1.0);
+                assert!((0.6..1.0).contains(&share), "{k}: {share}");
+            }
         }
         let warning = json(&["modes", &scenes[0]])["warning"].as_str().map(str::to_owned);
         assert!(warning.is_some_and(|w| w.contains("stiff")), "{kind}");

@@ -738,6 +738,14 @@ class Family(Result):
         return np.nan_to_num(self["backbone"]["switches"], nan=-1).astype(int)
 
     @property
+    def extremes(self) -> dict[str, np.ndarray]:
+        """What forces and probes come to over the period at each point: by name, ``"force[right]"``, ``"support_x[left]"``, ``"displacement_x[tip]"``, the least and the largest [p, 2]."""
+        group = self["backbone"].get("extremes")
+        if group is None:
+            return {}
+        return {name: np.stack([group["least"][:, k], group["largest"][:, k]], axis=1) for k, name in enumerate(group["name"])}
+
+    @property
     def is_followed(self) -> bool:
         """Whether neighbours on a branch belong together: not those that were found one by one, each at its own frequency."""
         solver, way, *_ = self.kind.replace(",", "").split()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._results import Basins, Curves, Modes, Result, Run, Trust
+from ._results import Basins, Curves, Family, Modes, Result, Run, Trust
 
 if TYPE_CHECKING:
     import pandas
@@ -41,7 +41,11 @@ def pandas_of(result: Result | Modes | Trust) -> pandas.DataFrame:
     if isinstance(result, Curves):
         tables = [_rows([curve], len(curve)) | {"curve": np.full(len(curve), k)} for k, curve in enumerate(result)]
         return pandas.concat([pandas.DataFrame(t) for t in tables], ignore_index=True) if tables else pandas.DataFrame()
-    return pandas.DataFrame(_rows([result[g] for g in result._groups() if g in result], len(result)))  # type: ignore[arg-type]
+    rows = _rows([result[g] for g in result._groups() if g in result], len(result))  # type: ignore[arg-type]
+    if isinstance(result, Family):
+        for name, ends in result.extremes.items():
+            rows |= {f"least_{name}": ends[:, 0], f"largest_{name}": ends[:, 1]}
+    return pandas.DataFrame(rows)
 
 
 def _rows(groups: list[Any], count: int) -> dict[str, np.ndarray]:

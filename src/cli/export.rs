@@ -37,9 +37,9 @@ pub struct Arguments {
     /// Only states (and switches) up to this time
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     to: Option<String>,
-    /// CSV of a run or an orbit: displacements and velocities of these nodes besides (numbers of mesh/nodes from 0; of a body of matrices its rows)
+    /// CSV of a run or an orbit: displacements and velocities of these nodes besides (numbers of mesh/nodes from 0; of a body of matrices its rows, by number or by name: 101.3)
     #[arg(long, value_delimiter = ',', value_name = "NODES")]
-    nodes: Vec<usize>,
+    nodes: Vec<String>,
     /// CSV of a run or an orbit: displacement and velocity at a place of the undeformed body besides, interpolated in its element; may be given several times
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     place: Vec<String>,

@@ -148,7 +148,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
                     rest["active"] = set.as_str().into();
                     rest
                 }),
-                "with_contact_mass": massive, "warning": mesh_warning(system)})
+                "with_contact_mass": massive, "warning": mesh_warning(system), "warnings": problem.notes.warnings})
         },
         || {
             let mut text = format!("{}\n  mode        open body: omega         period        closed body: omega         period\n", scene.title);
@@ -178,8 +178,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
                     let _ = writeln!(text, "  {:>4} {}", k + 1, entry(Some(w)));
                 }
             }
-            if let Some(stiff) = mesh_warning(system) {
-                let _ = writeln!(text, "  WARNING       {stiff}");
+            for warning in mesh_warning(system).iter().chain(&problem.notes.warnings) {
+                let _ = writeln!(text, "  WARNING       {warning}");
             }
             text
         },

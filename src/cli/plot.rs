@@ -46,9 +46,9 @@ pub struct Arguments {
     /// Fractions of the stored time (of an orbit: of its period) at which shapes are drawn
     #[arg(long, value_delimiter = ',', value_name = "FRACTIONS", allow_hyphen_values = true)]
     at: Vec<f64>,
-    /// Contact nodes (numbers of mesh nodes) to draw in the picture of the contact [default: up to twelve, those of the largest pressures first]
+    /// Contact nodes (numbers of mesh nodes, or names of rows of matrices) to draw in the picture of the contact [default: up to twelve, those of the largest pressures first]
     #[arg(long, value_delimiter = ',', value_name = "NODES")]
-    nodes: Vec<usize>,
+    nodes: Vec<String>,
     /// Dots per inch of the PNG (the pictures are about ten inches wide) [default: 192; of animations 96]
     #[arg(long, value_parser = clap::value_parser!(u16).range(24..=1200))]
     dpi: Option<u16>,
@@ -332,8 +332,8 @@ fn point(text: &str) -> Result<(f64, f64, String), CliError> {
 fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<PathBuf>, CliError> {
     let stored = Stored::read(file)?;
     let orbit = read_stored_orbit(file)?;
-    view::check_nodes(&arguments.nodes, &stored)?;
-    let (nodes, periodic) = (arguments.nodes.clone(), orbit.is_some());
+    let nodes = view::contact_nodes(&arguments.nodes, &stored)?;
+    let periodic = orbit.is_some();
     let mut options = Options { nodes, periodic, ..Options::default() };
     if !arguments.at.is_empty() {
         // times of shapes, which a part of the body has not

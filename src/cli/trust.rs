@@ -3,14 +3,18 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json as object;
 
 use signorini::compare::trust::{Periodic, trust};
 use signorini::continuation::Go;
 use signorini::families::start;
 use signorini::orbit::Closure;
 use signorini::problem::Problem;
+use signorini::report::figure::{self, Drawing};
+use signorini::report::margins;
 use signorini::report::trust::{json, text};
 use signorini::scenario::Scene;
+use signorini::store::{Outputs, beside, replace};
 
 use super::progress::Bar;
 use super::{Answer, CliError, Global, family, load, viscous};
@@ -18,7 +22,7 @@ use super::{Answer, CliError, Global, family, load, viscous};
 /// Arguments of `trust`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini trust scenarios/plate.toml\n  signorini trust bracket.toml --json | jq .figures\n  signorini trust scenarios/half-plate-response.toml --orbit --omega 1.6\n\n\
+    after_help = "Example:\n  signorini trust scenarios/plate.toml\n  signorini trust scenarios/probed-plate.toml -o trust          # with trust.csv and trust.svg\n  signorini trust bracket.toml --json | jq .figures\n  signorini trust scenarios/half-plate-response.toml --orbit --omega 1.6\n\n\
     What moves: frequencies, and where the scene has [run] forces, impulses, displacements, energy, switches and what [[probe]] watches; \
     the same of an orbit with --orbit, found anew on each mesh as by signorini orbit. \
     Linear triangles and tetrahedra are solved again with the same mesh of second order, all others with elements of half the size."
@@ -32,6 +36,12 @@ pub struct Arguments {
     /// Frequency of the orbit
     #[arg(long, value_name = "W", requires = "orbit", allow_negative_numbers = true)]
     omega: Option<f64>,
+    /// Also write the table, STEM.csv, and the picture of how far each number is off, STEM.svg, .png and .pdf
+    #[arg(short, long, value_name = "STEM")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing table of signorini's (its pictures are drawn anew in any case)
+    #[arg(long)]
+    force: bool,
 }
 
 impl Arguments {
@@ -60,6 +70,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let scene = global.scene(&arguments.scene)?;
     let problem = load::of_scene(&scene)?;
     let orbit = arguments.periodic(global, &scene, &problem)?;
+    let outputs =
+        Outputs::new(arguments.force).reads(scene.source.file.clone()).reads_all(scene.files());
+    if let Some(stem) = &arguments.output {
+        let of_this = [".csv", ".svg", ".png"].map(|ending| beside(stem, ending));
+        of_this.iter().try_for_each(|path| outputs.check_derived(path))?;
+    }
     global.caller.watch();
     let bar = Bar::new(global, &scene);
     let set_up = |scene: &Scene| load::of_scene(scene).map_err(|e| e.text());
@@ -81,5 +97,28 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         return Err(interrupted(global.caller.signal().unwrap_or_default()));
     };
     let title = super::title(&scene);
-    Ok(global.answer(|| json(&trust), || format!("{title}\n{}", text(&trust))))
+    let mut written = vec![];
+    if let Some(stem) = arguments.output.clone() {
+        let table = beside(&stem, ".csv");
+        let sheet = margins::picture(&title, &trust)?;
+        replace(&table, margins::csv(&trust).as_bytes())?;
+        written.push(table);
+        let drawing = Drawing { stem, sheet };
+        written.extend(figure::save(&[drawing], &outputs, &figure::Output::default())?);
+    }
+    let written: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+    Ok(global.answer(
+        || {
+            let mut answer = json(&trust);
+            answer["written"] = object!(written);
+            answer
+        },
+        || {
+            let list = match written.is_empty() {
+                true => String::new(),
+                false => format!("  written to    {}\n", written.join(", ")),
+            };
+            format!("{title}\n{}{list}", text(&trust))
+        },
+    ))
 }

@@ -37,10 +37,10 @@ pub struct Arguments {
     /// A text of your own below it; paragraphs stand apart by an empty line
     #[arg(long)]
     text: Option<String>,
-    /// Contact nodes (numbers of mesh nodes) that have curves [default: up to twelve, those of the largest pressures
+    /// Contact nodes (numbers of mesh nodes, or names of rows of matrices) that have curves [default: up to twelve, those of the largest pressures
     /// first; the page lets its reader choose others]
     #[arg(long, value_delimiter = ',')]
-    nodes: Vec<usize>,
+    nodes: Vec<String>,
     /// Of a family: so many orbits play, evenly chosen, half of them special ones at the most [default: as many as fit a page of 14 MB]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     orbits: Option<u32>,
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
 pub(super) struct Wanted {
     pub words: Words,
     /// Contact nodes that have curves; none: as the page chooses.
-    pub nodes: Vec<usize>,
+    pub nodes: Vec<String>,
     /// How many orbits of a family play.
     pub orbits: Option<usize>,
 }
@@ -114,9 +114,9 @@ fn of_file(global: &Global, file: &Path, files: usize, wanted: &Wanted) -> Resul
             let stored = Stored::read(file)?;
             let scene = load::stored(file, &stored.scene);
             let of_bodies = scene.as_ref().map(materials).unwrap_or_default();
-            check_nodes(&wanted.nodes, &stored)?;
+            let nodes = contact_nodes(&wanted.nodes, &stored)?;
             let body = Body::of(stored.whole()?, &of_bodies);
-            View::run(&stored, body, read_stored_orbit(file)?.as_ref(), &wanted.nodes)
+            View::run(&stored, body, read_stored_orbit(file)?.as_ref(), &nodes)
         }
     })
 }
@@ -124,16 +124,23 @@ fn of_file(global: &Global, file: &Path, files: usize, wanted: &Wanted) -> Resul
 /// Most numbers of nodes that a message tells.
 const TOLD: usize = 40;
 
-/// Whether all nodes that are asked for are contact nodes.
-pub(super) fn check_nodes(wanted: &[usize], stored: &Stored) -> Result<(), CliError> {
+/// The contact nodes that are asked for, by their numbers or the names of their rows.
+pub(super) fn contact_nodes(wanted: &[String], stored: &Stored) -> Result<Vec<usize>, CliError> {
     let there = &stored.contact_nodes;
-    let Some(node) = wanted.iter().find(|n| !there.contains(n)) else { return Ok(()) };
-    let told = &there[..there.len().min(TOLD)];
-    let more = match there.len() - told.len() {
-        0 => String::new(),
-        n => format!(" and {n} more"),
+    let of_word = |word: &String| {
+        let node = stored.node_called(word).ok().filter(|n| there.contains(n));
+        node.ok_or_else(|| {
+            let told = there[..there.len().min(TOLD)].iter().map(|n| stored.node_name(*n));
+            let told: Vec<String> = told.collect();
+            let more = match there.len() - told.len() {
+                0 => String::new(),
+                n => format!(" and {n} more"),
+            };
+            let text = format!("not a contact node; these are {}{more}", told.join(", "));
+            CliError::Input(format!("--nodes {word}: {text}"))
+        })
     };
-    Err(CliError::Input(format!("--nodes {node}: not a contact node; these are {told:?}{more}")))
+    wanted.iter().map(of_word).collect()
 }
 
 fn name(file: &Path) -> String {
@@ -154,12 +161,12 @@ fn of_family(
 ) -> Result<View, CliError> {
     let family = StoredFamily::read(file)?;
     let rest = Stored::body(file)?;
-    check_nodes(&wanted.nodes, &rest)?;
+    let nodes = contact_nodes(&wanted.nodes, &rest)?;
     let Some(scene) = load::stored(file, &family.scene) else {
         let why =
             "the scene that made it cannot be read by this version: its orbits cannot be played";
         let body = Body::of(&rest, &[]);
-        return Ok(View::family(&family, body, (&[], 1), &wanted.nodes, Some(why)));
+        return Ok(View::family(&family, body, (&[], 1), &nodes, Some(why)));
     };
     let body = Body::of(&rest, &materials(&scene));
     let has_motion = |p: &PointRecord| p.orbit.is_some() || p.series.is_some();
@@ -206,7 +213,7 @@ fn of_family(
     if let Some(bar) = &bar {
         bar.clear();
     }
-    Ok(View::family(all.family(), body, (&motions, states), &wanted.nodes, why.as_deref()))
+    Ok(View::family(all.family(), body, (&motions, states), &nodes, why.as_deref()))
 }
 
 fn is_special(p: &PointRecord) -> bool {

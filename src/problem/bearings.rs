@@ -12,16 +12,16 @@ use crate::scenario::{Amplitude, BodyKind, LoadKind, Scene};
 
 /// Supports of given matrices, one a direction, with the nodes of the rows that they hold.
 fn supports_of_rows(scene: &Scene, body: &Body) -> Vec<(String, Vec<usize>)> {
-    let mut all: BTreeMap<(usize, u8), Vec<usize>> = BTreeMap::new();
+    let mut all: BTreeMap<(usize, u8), (&str, Vec<usize>)> = BTreeMap::new();
     if scene.rows.superelement.is_some() {
         return vec![];
     }
     for (place, (k, name)) in scene.rows.held_rows().enumerate() {
-        all.entry((k, name.direction)).or_default().push(body.dofs.n_rows() + place);
+        let of_axis = all.entry((k, name.direction)).or_insert((name.along(), vec![]));
+        of_axis.1.push(body.dofs.n_rows() + place);
     }
-    let axes = ["scalar", "x", "y", "z", "rx", "ry", "rz"];
-    let named = |((k, direction), nodes): ((usize, u8), Vec<usize>)| {
-        (format!("{} {}", scene.rows.supports[k].0, axes[usize::from(direction).min(6)]), nodes)
+    let named = |((k, _), (axis, nodes)): ((usize, u8), (&str, Vec<usize>))| {
+        (format!("{} {axis}", scene.rows.supports[k].0), nodes)
     };
     all.into_iter().map(named).collect()
 }

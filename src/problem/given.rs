@@ -17,7 +17,9 @@ use crate::fem::{
     motions_without_mass, standing_beside, with_elements,
 };
 use crate::matrices::{read_matrix, read_written};
-use crate::scenario::{Contact, Counted, End, Issue, Obstacle, Scene, SidesKey, StressKey, Turned};
+use crate::scenario::{
+    Contact, Counted, End, Issue, LoadKind, Obstacle, Scene, SidesKey, StressKey, Turned,
+};
 
 /// Files are named relative to the scene.
 pub(super) fn folder(scene: &Scene) -> &Path {
@@ -334,8 +336,9 @@ pub(super) fn given_matrices(
     }
     let mass = bordered(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
     let stiffness = bordered(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
+    let falls = scene.loads.iter().any(|l| l.kind == LoadKind::Gravity);
     let holds = scene.rows.held_rows().next().is_some() && scene.rows.superelement.is_none();
-    let held = holds.then(|| [stiffness.clone(), mass.clone()]);
+    let held = (holds || falls).then(|| [stiffness.clone(), mass.clone()]);
     let [mass, stiffness] = [mass, stiffness].map(|a| moving_part(scene, a));
     let [mass, stiffness] = as_superelement(scene, [mass, stiffness])?;
     let n = mass.n_rows();
@@ -399,9 +402,13 @@ pub(super) fn given_matrices(
         fault(scene, key, e.to_string(), help)
     })?;
     let body = match held {
-        Some(bordered) => body.with_held_rows(bordered, length),
+        Some([stiffness, mass]) => {
+            let mass = with_elements(mass, &discrete, |e| e.mass);
+            body.with_held_rows([stiffness, mass], length)
+        }
         None => body,
     };
+    let body = if falls { body.with_translations(scene.rows.translations()) } else { body };
     let elastic = scene.all_sliders().iter().filter(|s| s.stiffness.is_some()).count();
     Ok((body.with_memory(rows.tangents.len()).with_memory(elastic), rows, gap))
 }

@@ -38,7 +38,7 @@ pub(super) fn field(scene: &Scene, body: &Body, group: &str, by: &[f64]) -> Vec<
     let mut field = vec![0.0; dim * mesh.n_nodes()];
     if scene.body.kind == BodyKind::Matrices {
         for (place, (k, name)) in scene.rows.held_rows().enumerate() {
-            if group.is_empty() || scene.rows.supports[k].0 == group {
+            if scene.rows.is_support(k, group) {
                 let along = usize::from(name.direction).checked_sub(1).and_then(|c| by.get(c));
                 field[body.dofs.n_rows() + place] = along.copied().unwrap_or(0.0);
             }
@@ -128,8 +128,7 @@ fn base_of_rows(
     };
     for (c, _) in amplitude.iter().enumerate().filter(|(_, a)| **a != 0.0) {
         let holds = |(k, name): (usize, &DofName)| {
-            let is_moved = group.is_empty() || scene.rows.supports[k].0 == group;
-            is_moved && usize::from(name.direction) == c + 1
+            scene.rows.is_support(k, group) && usize::from(name.direction) == c + 1
         };
         if !scene.rows.held_rows().any(holds) {
             let axis = ["x", "y", "z"][c];

@@ -2,6 +2,7 @@
 
 use super::ProblemError;
 use super::places::place;
+use crate::fem::formats::DofName;
 use crate::fem::{Body, Nowhere, Probe, Spot};
 use crate::mesh::{Point, bounds};
 use crate::scenario::{BodyKind, Issue, Scene};
@@ -30,9 +31,10 @@ pub(super) fn probes(scene: &Scene, body: &Body) -> Result<Vec<Probe>, ProblemEr
                     let message = format!("{node}: the {what} count from 0 to {}", count - 1);
                     return fail("node", message, format!("give a number below {count}"));
                 }
-                match of_rows {
-                    true => Spot::Rows(scene.rows.terms(node)),
-                    false => Spot::Node(node),
+                match (of_rows, scene.rows.called_oblique(&key("node"))) {
+                    (true, true) => Spot::Rows(vec![(node, 1.0)]),
+                    (true, false) => Spot::Rows(scene.rows.terms(node)),
+                    (false, _) => Spot::Node(node),
                 }
             }
         };
@@ -40,9 +42,11 @@ pub(super) fn probes(scene: &Scene, body: &Body) -> Result<Vec<Probe>, ProblemEr
         match Probe::new(body, &probe.name, &spot, &probe.quantity) {
             Ok(mut new) => {
                 // rows with names say along what they are
-                let named = probe.node.and_then(|row| scene.rows.name(row));
-                let axes = ["scalar", "x", "y", "z", "rx", "ry", "rz"];
-                new.axis = named.and_then(|name| axes.get(usize::from(name.direction)).copied());
+                let oblique = scene.rows.called_oblique(&key("node"));
+                new.axis = probe.node.and_then(|row| match oblique {
+                    true => scene.rows.suffix(row),
+                    false => scene.rows.name(row).map(DofName::along),
+                });
                 all.push(new);
             }
             Err(why) => {

@@ -50,7 +50,7 @@ impl Figure {
     }
 }
 
-/// The incompatible modes of elements of four or eight corners take so much off the stiffness of a mode.
+/// What linear elements lack takes so much off the stiffness of a mode: incompatible modes of elements of four or eight corners, functions of the edges of triangles and tetrahedra.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Relief {
     /// Circular frequency of the mode.

@@ -10,6 +10,7 @@ mod edge;
 pub mod export;
 pub mod families;
 pub mod figure;
+pub mod margins;
 pub mod overlay;
 pub mod page;
 pub mod phase_resonance;

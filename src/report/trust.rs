@@ -112,7 +112,7 @@ pub fn words(trust: &Trust) -> Vec<String> {
         let list: Vec<String> =
             trust.relief.iter().map(|r| significant(r.omega * (1.0 - r.share).sqrt(), 5)).collect();
         all.push(format!(
-            "without another solution: incompatible modes take up to {} off the frequencies; they come to {}",
+            "without another solution: what these elements lack takes up to {} off the frequencies; they come to {}",
             up_to(worst),
             list.join(", ")
         ));

@@ -45,7 +45,7 @@ pub struct Load {
 pub enum LoadKind {
     /// `M φ_k`: in the shape of a mode of the open body.
     Mode,
-    /// An acceleration that acts on all mass.
+    /// An acceleration that acts on all mass; of bodies from matrices with names of rows along x, y and z (mass that couples to what their program holds is not in the matrices, and does not pull).
     Gravity,
     /// Force per area on an edge or group. On the contact edge the nbm's contact stress leaves it out (an error of the order of h): `stress = "reaction"` and mass redistribution have it.
     Traction,
@@ -133,7 +133,7 @@ impl Scene {
             ));
         }
         match &l.group {
-            Some(group) if !supports.iter().any(|s| s.0 == *group) => {
+            Some(group) if !(0..supports.len()).any(|k| self.rows.is_support(k, group)) => {
                 let all: Vec<&str> = supports.iter().map(|s| &s.0[..]).collect();
                 let help =
                     format!("give one of {}, or leave it out: all supports move", all.join(", "));
@@ -161,13 +161,20 @@ impl Scene {
                 Some(_) => Err(Issue::new(key, "is a list beside displacement", "give one number")),
                 None => v.iter().try_for_each(|&a| finite(&key, a)),
             },
-            (Amplitude::Vector(v), LoadKind::Base) if self.body.kind == BodyKind::Matrices => {
-                length(&key, v.len(), 3, "[0.0, 0.0, 1e-3]")?;
+            // along the axes of the rows' names
+            (amplitude, LoadKind::Base | LoadKind::Gravity)
+                if self.body.kind == BodyKind::Matrices =>
+            {
+                let example = match kind {
+                    LoadKind::Base => "[0.0, 0.0, 1e-3]",
+                    _ => "[0.0, 0.0, -9810.0]",
+                };
+                let Amplitude::Vector(v) = amplitude else {
+                    let message = "needs the x, y and z components";
+                    return Err(Issue::new(key, message, format!("amplitude = {example}")));
+                };
+                length(&key, v.len(), 3, example)?;
                 v.iter().try_for_each(|&a| finite(&key, a))
-            }
-            (Amplitude::Scalar(_), LoadKind::Base) if self.body.kind == BodyKind::Matrices => {
-                let message = "needs the x, y and z components";
-                Err(Issue::new(key, message, "amplitude = [0.0, 0.0, 1e-3]"))
             }
             (Amplitude::Scalar(a), _) if kind == LoadKind::Mode || self.dim() == 1 => {
                 finite(&key, *a)

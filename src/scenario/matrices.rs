@@ -1,7 +1,8 @@
 //! What goes with a body whose matrices come from files.
 
+use super::names::NAME_THEM;
 use super::number::Check;
-use super::{BoundaryMass, Issue, Load, LoadKind, MassKind, Scene};
+use super::{BoundaryMass, Issue, LoadKind, MassKind, Scene};
 
 impl Scene {
     /// A body whose matrices come from files.
@@ -64,12 +65,31 @@ impl Scene {
 
     /// Tables that need a mesh.
     fn check_no_mesh(&self) -> Check {
-        let needs_mesh =
-            |l: &Load| !matches!(l.kind, LoadKind::Mode | LoadKind::Force | LoadKind::Base);
-        if let Some(i) = self.loads.iter().position(needs_mesh) {
-            let message = "needs a mesh, and this body comes from files";
-            let help = "give kind = \"force\", \"mode\" or \"base\"";
-            return Err(Issue::new(format!("load[{i}].kind"), message, help));
+        for (i, l) in self.loads.iter().enumerate() {
+            let fail = |message: &str, help: &str| {
+                Err(Issue::new(format!("load[{i}].kind"), message, help))
+            };
+            match l.kind {
+                LoadKind::Traction | LoadKind::Point => {
+                    return fail(
+                        "needs a mesh, and this body comes from files",
+                        "give kind = \"force\", \"mode\", \"base\" or \"gravity\"",
+                    );
+                }
+                LoadKind::Gravity if self.rows.superelement.is_some() => {
+                    return fail(
+                        "acts on rows whose directions are known, and modes have none",
+                        "leave [reduction] out",
+                    );
+                }
+                LoadKind::Gravity if self.rows.names.is_empty() && self.rows.missing.is_none() => {
+                    return fail(
+                        "acts along axes, and nobody says along what the rows count",
+                        NAME_THEM,
+                    );
+                }
+                _ => {}
+            }
         }
         if self.initial.displacement.is_some() || self.initial.velocity.is_some() {
             let message = "expressions of x and y need a mesh";

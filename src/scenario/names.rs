@@ -27,7 +27,7 @@ impl JsonSchema for Row {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({"anyOf": [
             {"type": "integer", "minimum": 0, "description": "A row of the matrices, counted from 0."},
-            {"type": "string", "pattern": "^-?[A-Za-z0-9_.-]+\\.([0-6]|t[12]?)$", "description": "Node and direction, `\"109.3\"`, where the matrices have names; of `tangents` before an oblique obstacle `\"109.t\"`."},
+            {"type": "string", "pattern": "^-?[A-Za-z0-9_.-]+\\.([0-6]|n|t[12]?)$", "description": "Node and direction, `\"109.3\"`, where the matrices have names; of `tangents` and probes before an oblique obstacle `\"109.t\"`, of probes `\"109.n\"`."},
         ]})
     }
 }
@@ -43,8 +43,8 @@ pub struct RowNames {
     pub held: Vec<DofName>,
     /// Rows of the files that count along other directions: contact displacements whose names have a minus, and those of nodes before oblique obstacles.
     pub turned: Vec<Turned>,
-    /// Keys of tangents that are called by what they are before an oblique obstacle, `101.t`.
-    pub(super) across: HashMap<String, String>,
+    /// Keys of tangents and probes that are called by what they are before an oblique obstacle, `101.t`.
+    pub(super) oblique: HashMap<String, String>,
     /// What supports of the scene hold: their sets, or their keys, with the rows of the files. Each row belongs to the first that holds it.
     pub supports: Vec<(String, Vec<DofName>)>,
     /// Why nobody says.
@@ -65,6 +65,27 @@ impl RowNames {
             Some(kept) => *kept.rows.get(row)?,
         };
         self.names.get(of_file)
+    }
+
+    /// Whether the value of a key is called by what it is before an oblique obstacle.
+    pub fn called_oblique(&self, key: &str) -> bool {
+        self.oblique.contains_key(key)
+    }
+
+    /// What a row of the body is before an oblique obstacle: `n`, `t`; nothing of all others.
+    pub fn suffix(&self, row: usize) -> Option<&'static str> {
+        let row = self.superelement.as_ref().map_or(Some(row), |s| s.rows.get(row).copied())?;
+        self.turned.iter().find_map(|t| t.suffix(row))
+    }
+
+    /// The row that is called so before an oblique obstacle; an issue where there is none.
+    pub(super) fn row_of_oblique(&self, key: &str, word: &str) -> Result<usize, Issue> {
+        let mut all = self.turned.iter().filter(|t| !t.is_flip()).flat_map(Turned::rows).copied();
+        all.find(|row| self.label(*row) == *word).ok_or_else(|| {
+            let message = format!("no row is called \"{word}\"");
+            let help = "\"101.t\" in the plane of an oblique direction, \"101.t1\" and \"101.t2\" in space, are those of nodes of a table with such a direction";
+            Issue::new(key, message, help)
+        })
     }
 
     /// Whether rows of the body are called by more than their places in the files.
@@ -100,6 +121,20 @@ impl RowNames {
         }
     }
 
+    /// Unit translations along x, y and z, over the rows and behind them those that supports of the scene hold.
+    pub fn translations(&self) -> [Vec<f64>; 3] {
+        let all: Vec<&DofName> =
+            self.names.iter().chain(self.held_rows().map(|(_, name)| name)).collect();
+        [1, 2, 3].map(|axis| {
+            let along = |row: usize| f64::from(u8::from(all[row].direction == axis));
+            let mut own: Vec<f64> = (0..all.len()).map(along).collect();
+            for turned in &self.turned {
+                turned.rows().iter().for_each(|&row| own[row] = turned.component(row, along));
+            }
+            own
+        })
+    }
+
     /// What all rows are called; nothing where they have numbers alone.
     pub fn labels(&self) -> Vec<String> {
         let count = match &self.superelement {
@@ -114,6 +149,11 @@ impl RowNames {
         let mut all: Vec<String> = self.turned.iter().map(Turned::text).collect();
         all.sort();
         all.join("; ")
+    }
+
+    /// Whether a support is the one that a load names, by its set however that is written; all of them where it names none.
+    pub fn is_support(&self, k: usize, name: &str) -> bool {
+        name.is_empty() || self.supports[k].0.eq_ignore_ascii_case(name)
     }
 
     /// The rows of the files that supports of the scene hold, in the order in which they stand behind those of the body, with the support of each.
@@ -210,8 +250,14 @@ pub(super) fn in_numbers(text: &str, path: &Path) -> Result<(String, RowNames), 
                 return Err(Issue::new(place, message, format!("give \"{name}\"")));
             }
             let suffix = word.rsplit_once('.').map(|(_, suffix)| suffix);
-            if key == "tangents" && matches!(suffix, Some("t" | "t1" | "t2")) {
-                found.across.insert(place, word.to_owned());
+            let may_be_normal = table == "probe";
+            if (key == "tangents" || may_be_normal)
+                && matches!(
+                    (suffix, may_be_normal),
+                    (Some("t" | "t1" | "t2"), _) | (Some("n"), true)
+                )
+            {
+                found.oblique.insert(place, word.to_owned());
                 placed.push((value.span(), "0".to_owned()));
                 continue;
             }
@@ -253,6 +299,7 @@ fn supported(
     for (k, table) in tables.iter().enumerate() {
         let DeValue::Table(own) = table.get_ref() else { continue };
         let key = || format!("support[{k}].nodes");
+        let mut name = format!("support[{k}]");
         let nodes: Vec<String> = match own.get("nodes").map(|v| v.get_ref()) {
             _ if names.is_empty() => continue,
             Some(DeValue::Array(list)) => {
@@ -265,7 +312,9 @@ fn supported(
             Some(DeValue::String(set)) => {
                 let places = places_of(folder, deck)?;
                 let deck = deck.map(std::path::PathBuf::from);
-                in_set(key(), set, &places, &deck)?.iter().map(i64::to_string).collect()
+                let (set, numbers) = in_set(key(), set, &places, &deck)?;
+                name.clone_from(set);
+                numbers.iter().map(i64::to_string).collect()
             }
             _ => continue,
         };
@@ -282,7 +331,6 @@ fn supported(
                 "nodes = [101, 102], or a set of body.deck",
             ));
         }
-        let set = own.get("nodes").and_then(|v| v.get_ref().as_str());
         let mut of_support = vec![];
         for node in nodes {
             let of = |direction: &u8| DofName { node: node.clone(), direction: *direction };
@@ -296,7 +344,7 @@ fn supported(
             }
             of_support.extend(rows.into_iter().filter(|row| held.insert(row.clone())));
         }
-        all.push((set.map_or_else(|| format!("support[{k}]"), str::to_owned), of_support));
+        all.push((name, of_support));
     }
     Ok(all)
 }

@@ -82,9 +82,24 @@ impl Scene {
         for k in 0..tables {
             self.take_table(k, &places)?;
         }
+        self.take_oblique_probes()?;
         self.check_coupled(&places)?;
         self.check_turned()?;
         self.check_places()
+    }
+
+    /// Probes that are called by what they are before an oblique obstacle, now that rows are turned.
+    fn take_oblique_probes(&mut self) -> Result<(), Issue> {
+        if self.rows.missing.is_some() {
+            return Ok(());
+        }
+        for (i, probe) in self.probes.iter_mut().enumerate() {
+            let key = format!("probe[{i}].node");
+            if let Some(word) = self.rows.oblique.get(&key) {
+                probe.node = Some(self.rows.row_of_oblique(&key, word)?);
+            }
+        }
+        Ok(())
     }
 
     /// Rows of nodes in equations of the deck move others along: what acts on them acts elsewhere too.
@@ -158,7 +173,7 @@ impl Scene {
                 return Err(Issue::new(key(o.given.key()), message, help));
             }
             let axis = |(i, row): &(usize, &usize)| {
-                let named = self.rows.across.contains_key(&key(&format!("tangents[{i}]")));
+                let named = self.rows.called_oblique(&key(&format!("tangents[{i}]")));
                 !named && oblique().any(|t| t.rows().contains(row))
             };
             if let Some((_, row)) = o.given.tangents.iter().flatten().enumerate().find(axis) {
@@ -215,7 +230,7 @@ impl Scene {
         let numbers = match nodes {
             NodesKey::Numbers(numbers) => numbers.clone(),
             NodesKey::Set(set) => match in_set(key("nodes"), set, places, &self.body.deck) {
-                Ok(numbers) => numbers,
+                Ok((_, numbers)) => numbers.clone(),
                 Err(issue) if places.nodes.is_empty() => {
                     self.rows.missing.get_or_insert(issue);
                     vec![]
@@ -277,13 +292,8 @@ impl Scene {
         if let Some(own) = &obstacle.given.tangents {
             let at = |(i, row): (usize, &usize)| {
                 let key = contact.key(k, &format!("tangents[{i}]"));
-                let Some(word) = self.rows.across.get(&key) else { return Ok(*row) };
-                let mut across = self.rows.turned.iter().flat_map(Turned::across);
-                across.find(|row| self.rows.label(*row) == *word).ok_or_else(|| {
-                    let message = format!("no row is called \"{word}\"");
-                    let help = "\"101.t\" in the plane of an oblique direction, \"101.t1\" and \"101.t2\" in space, are those of nodes of this table";
-                    Issue::new(key, message, help)
-                })
+                let word = self.rows.oblique.get(&key);
+                word.map_or(Ok(*row), |word| self.rows.row_of_oblique(&key, word))
             };
             let all = own.iter().enumerate().map(at).collect::<Result<Vec<usize>, Issue>>()?;
             if let Some(contact) = &mut self.contact {
@@ -306,7 +316,7 @@ impl Scene {
                 (contact.key(k, &format!("tangents[{i}]")), self.rows.label(*row))
             };
             let called: Vec<(String, String)> = tangents.iter().enumerate().map(called).collect();
-            self.rows.across.extend(called);
+            self.rows.oblique.extend(called);
             if let Some(contact) = &mut self.contact {
                 contact.obstacles[k].given.tangents = Some(tangents);
             }
@@ -468,16 +478,16 @@ impl RowNames {
     }
 }
 
-/// The nodes of a set.
-pub(super) fn in_set(
+/// A set as the deck spells its name, with the nodes of it.
+pub(super) fn in_set<'p>(
     key: String,
     set: &str,
-    places: &Places,
+    places: &'p Places,
     deck: &Option<std::path::PathBuf>,
-) -> Result<Vec<i64>, Issue> {
+) -> Result<&'p (String, Vec<i64>), Issue> {
     let found = places.sets.iter().find(|s| s.0.eq_ignore_ascii_case(set));
-    if let Some((_, numbers)) = found.filter(|s| !s.1.is_empty()) {
-        return Ok(numbers.clone());
+    if let Some(set) = found.filter(|s| !s.1.is_empty()) {
+        return Ok(set);
     }
     let all: Vec<String> = places.sets.iter().map(|s| format!("\"{}\"", s.0)).collect();
     let (message, help) = match (deck, found) {

@@ -22,7 +22,7 @@ pub struct Probe {
     edge: Option<EdgeKey>,
     /// The physical group of a mesh, likewise.
     group: Option<String>,
-    /// In their place a node, by its number in files (from 0); of a body from matrices a row.
+    /// In their place a node, by its number in files (from 0); of a body from matrices a row, before an oblique obstacle `101.n` or `101.t` too.
     #[schemars(with = "Option<super::names::Row>")]
     pub node: Option<usize>,
     /// What is watched. Stress is that of the element at a place, the mean of the elements at a node, the mean over a group; recovered stress is smooth.

@@ -73,14 +73,21 @@ impl Turned {
     }
 
     /// What stands behind the node in the name of a row; nothing where its axis stands there.
-    pub(super) fn suffix(&self, row: usize) -> Option<String> {
+    pub(super) fn suffix(&self, row: usize) -> Option<&'static str> {
         let place = self.rows.iter().position(|r| *r == row).filter(|_| !self.is_flip())?;
         let across = self.across().position(|r| r == row);
         Some(match across {
-            None => "n".to_owned(),
-            Some(_) if self.rows.len() == 2 => "t".to_owned(),
-            Some(_) => format!("t{}", 1 + place - usize::from(place > self.normal)),
+            None => "n",
+            Some(_) if self.rows.len() == 2 => "t",
+            Some(_) => ["t1", "t2"][place - usize::from(place > self.normal)],
         })
+    }
+
+    /// What counts in a row now of a field over the rows of the files: `u'_a = Σ_i b_ai u_i`.
+    pub(super) fn component(&self, row: usize, field: impl Fn(usize) -> f64) -> f64 {
+        let a = self.rows.iter().position(|r| *r == row);
+        let of = |b: &Vec<f64>| self.rows.iter().zip(b).map(|(i, b)| b * field(*i)).sum();
+        a.map_or(0.0, |a| of(&self.basis[a]))
     }
 
     /// The displacement of a row of the files over what counts now: `u_i = Σ_a b_ai u'_a`.
@@ -117,7 +124,7 @@ mod tests {
             }
             let own = &b[turned.normal_row() - 4];
             assert!(own.iter().zip(&n).all(|(b, n)| (b - n).abs() < 3e-16), "{given:?} {own:?}");
-            assert_eq!(turned.suffix(turned.normal_row()).as_deref(), Some("n"));
+            assert_eq!(turned.suffix(turned.normal_row()), Some("n"));
             let others: Vec<_> = turned.across().filter_map(|row| turned.suffix(row)).collect();
             assert_eq!(others, if n.len() == 2 { vec!["t"] } else { vec!["t1", "t2"] });
         }

@@ -8,7 +8,8 @@ use super::orbits::{matrix, read_scalar, scalar};
 use super::{StoreError, read_text, write_text};
 use crate::contact::System;
 use crate::records::{
-    AttractorFound, AttractorKind, AttractorRecord, Basins, Fate, Starts, StateAxis, Status,
+    AttractorFound, AttractorKind, AttractorRecord, Basins, ExtremesRecord, Fate, Starts,
+    StateAxis, Status,
 };
 use crate::scenario::Scene;
 
@@ -223,6 +224,7 @@ fn read_attractor(g: &hdf5::Group) -> Result<AttractorFound, StoreError> {
         sections: list("sections")?,
         least: list("least")?,
         spectrum: list("spectrum")?,
+        extremes: ExtremesRecord::default(),
         maps: number("maps")? as usize,
         note: read_text(g, "note").unwrap_or_default(),
     };

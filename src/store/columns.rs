@@ -6,8 +6,8 @@ use super::row::Row;
 use super::schema::{About, Column, Get};
 use crate::event::{Grazing, Switch};
 use crate::records::{
-    AttractorRecord, BranchEnd, CheckRow, FrictionRecord, GrazingRecord, OrbitRecord, Peak,
-    PointRecord, VerdictKind, ViscousRecord,
+    AttractorRecord, BranchEnd, CheckRow, ExtremesRecord, FrictionRecord, GrazingRecord,
+    OrbitRecord, Peak, PointRecord, VerdictKind, ViscousRecord,
 };
 
 // a dataset is a row
@@ -62,6 +62,8 @@ static ONCE: &[About] = &[
     About::new("forces/contact/group", "words", &["group"], "groups before obstacles, and slaves"),
     About::new("forces/support/group", "words", &["group"], "groups that supports hold"),
     About::new("forces/spring/name", "words", &["spring"], "ends of each spring"),
+    About::new("backbone/extremes/name", "words", &["quantity"], "what is watched, as columns of tables are called: force_x[right], the same as a whole force[right], support_x[left], spring[…], displacement_x[tip]"),
+    About::new("backbone/extremes/kind", "contact | support | spring | probe", &["quantity"], "what each of them is"),
     About::new("trajectory/columns", "column", &["column"], "which of all displacements (mesh/dof_map) u and v hold"),
     About::new("friction/work", "energy", CONTACT, "what friction took at each contact point over the run"),
     About::new("friction/path", "length", CONTACT, "how far each contact point slipped"),
@@ -345,6 +347,13 @@ pub(super) static FAMILY: &[Column<PointRecord>] = &[
     Column::new("backbone/special", "words", POINT, "what is special about the point", Get::Words(128, |p| Cow::Owned(p.special.to_string()))),
 ];
 
+/// What forces and probes come to at a point.
+#[rustfmt::skip]
+pub(super) static EXTREMES: &[Column<ExtremesRecord>] = &[
+    Column::new("backbone/extremes/largest", "unit of each", &["point", "quantity"], "the largest of each force and of what each probe sees over the period (extremes/name), at 200 states of it (in a sweep 128) and the tops of parabolas through three of one phase; not a number where it is not known", Get::Numbers(|e| &e.largest)),
+    Column::new("backbone/extremes/least", "unit of each", &["point", "quantity"], "the least of each", Get::Numbers(|e| &e.least)),
+];
+
 /// Columns of viscous nonlinear modes besides.
 #[rustfmt::skip]
 pub(super) static VISCOUS: &[Column<PointRecord>] = &[
@@ -489,6 +498,7 @@ pub fn datasets() -> Vec<&'static About> {
     let tables = tables.chain(of(FAMILY_GRAZINGS).filter(is_new));
     let tables = tables
         .chain(of(FAMILY))
+        .chain(of(EXTREMES))
         .chain(of(VISCOUS))
         .chain(of(FRICTION))
         .chain(of(RIDGE))

@@ -13,6 +13,7 @@ use serde_json as json;
 use super::columns::{BRANCHES, FAMILY, RUBBED, VISCOUS};
 use super::crosscheck::write_crosscheck;
 use super::describe::describe;
+use super::extremes::ExtremesWriter;
 use super::grazings::{Passage, write_grazings};
 use super::header::create_file;
 use super::journal::Journal;
@@ -27,6 +28,7 @@ use super::sweep::SweepWriter;
 use super::table::Form;
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::{States, System};
+use crate::event::Watch;
 use crate::records::{
     Branch, BranchEnd, CheckRow, FamilyKind, Peak, PointRecord, Solver, Status, Walk, Way, peaks,
 };
@@ -68,6 +70,7 @@ pub struct FamilyWriter {
     rows: Rows<PointRecord>,
     series: Option<SeriesWriter>,
     sweep: Option<SweepWriter>,
+    extremes: Option<ExtremesWriter>,
     checks: Vec<CheckRow>,
     /// Where each row belongs.
     order: Vec<(i64, i64)>,
@@ -176,14 +179,16 @@ impl FamilyWriter {
             let columns = FAMILY.iter().chain(viscous).chain(rubs);
             let rows = Rows::create(&file, columns, &|_| Form::plain(None, 64))?;
             let points = g.create_group("points")?;
+            let extremes = ExtremesWriter::create(&file, &Watch::new(system).all())?;
             describe(&file)?;
             let energies = g.dataset("energy")?;
             write_text(&energies, "description", energy_of(&plan.identity))?;
             file.flush()?;
-            Ok((file, points, rows))
+            Ok((file, points, rows, extremes))
         };
         // a file that could not even be begun is of no use; an old one stands untouched
-        let (file, points, rows) = begin().inspect_err(|_: &StoreError| staged.discard())?;
+        let (file, points, rows, extremes) =
+            begin().inspect_err(|_: &StoreError| staged.discard())?;
         Ok(FamilyWriter {
             staged,
             file,
@@ -191,6 +196,7 @@ impl FamilyWriter {
             rows,
             series: None,
             sweep: None,
+            extremes,
             checks: vec![],
             order: vec![],
             heights: vec![],
@@ -271,6 +277,9 @@ impl FamilyWriter {
                 writer.push(seen, p.omega, count)?;
             }
         }
+        if let Some(extremes) = &mut self.extremes {
+            extremes.push(p)?;
+        }
         self.checks.extend(p.check.clone());
         self.order.push(self.key(p));
         self.passages.push(Passage::of(p));
@@ -337,8 +346,10 @@ impl FamilyWriter {
         write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         // all handles are closed before the file takes its place
-        let FamilyWriter { mut staged, file, points, rows, series, sweep, journal, .. } = self;
-        drop((points, rows, series, sweep, g, file));
+        let FamilyWriter {
+            mut staged, file, points, rows, series, sweep, extremes, journal, ..
+        } = self;
+        drop((points, rows, series, sweep, extremes, g, file));
         staged.commit()?;
         if let Some(journal) = journal.filter(|_| *status == Status::Complete) {
             journal.remove();
@@ -353,8 +364,9 @@ impl FamilyWriter {
 
     /// Nothing of it is worth keeping: what was asked for is refused.
     pub(crate) fn discard(self) {
-        let FamilyWriter { staged, file, points, rows, series, sweep, journal, .. } = self;
-        drop((points, rows, series, sweep, file));
+        let FamilyWriter { staged, file, points, rows, series, sweep, extremes, journal, .. } =
+            self;
+        drop((points, rows, series, sweep, extremes, file));
         staged.discard();
         if let Some(journal) = journal {
             journal.remove();
@@ -364,9 +376,19 @@ impl FamilyWriter {
     /// The same family with its rows in order, in a new file beside.
     fn sorted(self, system: &System) -> Result<FamilyWriter, StoreError> {
         self.file.flush()?;
-        let FamilyWriter { mut staged, file, points, rows, series, sweep, checks, order, .. } =
-            self;
-        drop((file, points, rows, series, sweep));
+        let FamilyWriter {
+            mut staged,
+            file,
+            points,
+            rows,
+            series,
+            sweep,
+            extremes,
+            checks,
+            order,
+            ..
+        } = self;
+        drop((file, points, rows, series, sweep, extremes));
         let mut stored = StoredFamily::read(staged.at())?;
         stored.count_along_directions(&system.body);
         let stored = stored.points;
@@ -418,5 +440,6 @@ fn size_of_point(p: &PointRecord, harmonics: usize, n_o: usize) -> u64 {
     let sweep = p.attractor.as_ref().map_or(0, |a| {
         a.peak.len() + a.trough.len() + 3 * a.sections.len() + a.spectrum.len() + 128
     });
-    8 * (orbit + place + series + sweep + 1024) as u64
+    let extremes = p.extremes().map_or(0, |e| e.largest.len() + e.least.len());
+    8 * (orbit + place + series + sweep + extremes + 1024) as u64
 }

@@ -13,7 +13,7 @@ use super::schema::ascii;
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::{States, System};
 use crate::event::SwitchKind;
-use crate::records::{FrictionRecord, OrbitRecord, PlaceRecord, ViscousRecord};
+use crate::records::{ExtremesRecord, FrictionRecord, OrbitRecord, PlaceRecord, ViscousRecord};
 
 /// The name of a kind.
 type Word = FixedAscii<128>;
@@ -182,6 +182,7 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
         jumps: s.dataset("energy_jump")?.values()?,
         viscous: read_viscous(g)?,
         friction: read_friction(g)?,
+        extremes: ExtremesRecord::default(),
     })
 }
 

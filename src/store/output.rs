@@ -144,7 +144,13 @@ pub(super) fn is_null(path: &Path) -> bool {
 
 /// Tables (CSV) have no place for a mark; they are told by their header.
 fn is_own_table(path: &Path) -> bool {
-    const HEADERS: [&str; 8] = [
+    const HEADERS: [&str; 14] = [
+        "kind,name,value",
+        "value,direction,kind,period_number,",
+        "branch,index,omega,amplitude,amplitude_deviation,",
+        "curve,of,periods,omega,value,",
+        "value,locked,periods,omega,",
+        "omega,rotation_number,size,tail,",
         "variant,changed,mesh,h,",
         "method,rtol,error,switch_error,switches,wall_s,work",
         "t,kinetic,elastic,external,dissipated,jumps",
@@ -156,7 +162,9 @@ fn is_own_table(path: &Path) -> bool {
     ];
     let mut start = String::new();
     let read = File::open(path).and_then(|f| f.take(4096).read_to_string(&mut start));
-    read.is_ok() && HEADERS.iter().any(|h| start.starts_with(h))
+    // of basins the coordinates of the states come first
+    let of_basins = || start.lines().next().is_some_and(|l| l.ends_with(",attractor,fate,periods"));
+    read.is_ok() && (HEADERS.iter().any(|h| start.starts_with(h)) || of_basins())
 }
 
 /// Put a whole file in its place: written beside, then renamed.

@@ -501,14 +501,40 @@ impl Stored {
         let group = self.contact_groups[i];
         let several = (0..self.gap.len()).filter(same).any(|j| self.contact_groups[j] != group);
         let is_behind = (0..i).filter(same).any(|j| self.contact_groups[j] == group);
-        let node = self.contact_nodes[i];
-        let node = self.row_names.get(node).cloned().unwrap_or_else(|| node.to_string());
+        let node = self.node_name(self.contact_nodes[i]);
         let before = match (several, self.groups.get(group).filter(|name| !name.is_empty())) {
             (false, _) => String::new(),
             (true, Some(name)) => format!("{name}:"),
             (true, None) => format!("{group}:"),
         };
         format!("{before}{node}{}", if is_behind { ":behind" } else { "" })
+    }
+
+    /// The node that a word means: its number, or of a body of matrices the name of a row.
+    pub fn node_called(&self, word: &str) -> Result<usize, String> {
+        if let Some(row) = self.row_names.iter().position(|name| name == word) {
+            return Ok(row);
+        }
+        // the last node of a body from matrices is the ground
+        let count = self.nodes.nrows() - usize::from(self.is_of_matrices());
+        match (word.parse(), &self.row_names[..]) {
+            (Ok(node), _) if node < count => Ok(node),
+            (Ok(_), _) => Err(format!("the nodes count from 0 to {}", count - 1)),
+            (Err(_), [first, .., last]) => Err(format!(
+                "no row is called so: the first is {first}, the last {last}; numbers from 0 on are rows, too"
+            )),
+            (Err(_), _) => Err("give the numbers of nodes, from 0 on".to_owned()),
+        }
+    }
+
+    /// What a node is called: the name of a row, else its number.
+    pub fn node_name(&self, node: usize) -> String {
+        self.row_names.get(node).cloned().unwrap_or_else(|| node.to_string())
+    }
+
+    /// Whether rows of matrices have names.
+    pub(crate) fn has_row_names(&self) -> bool {
+        !self.row_names.is_empty()
     }
 
     /// Direction of contact point `i`.

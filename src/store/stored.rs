@@ -8,6 +8,7 @@ use serde_json as json;
 
 use super::careful::{Careful, open, reading};
 use super::crosscheck::read_crosscheck;
+use super::extremes::{StoredWatched, read_extremes, set_extremes};
 use super::family::ridge_of;
 use super::journal;
 use super::orbits::{read_orbit, read_place, read_scalar};
@@ -41,6 +42,8 @@ pub struct StoredFamily {
     pub ends: Vec<BranchEnd>,
     /// All points, displacements along the axes.
     pub points: Vec<PointRecord>,
+    /// Forces and quantities of probes that extremes of points are of.
+    pub watched: Vec<StoredWatched>,
     /// Most harmonics of `/hbm`.
     pub harmonics: usize,
     /// How far its energies may be off, if that was computed.
@@ -125,6 +128,8 @@ impl StoredFamily {
         })?;
         let mut points = read_points(path, &g)?;
         let harmonics = read_parts(path, &file, &mut points)?;
+        let (watched, extremes) = read_extremes(&file)?;
+        set_extremes(&mut points, extremes);
         let text = |name: &str| read_text(&file, name).unwrap_or_default();
         let range = g.attr("range").and_then(|a| a.read_raw::<f64>()).unwrap_or_default();
         Ok(StoredFamily {
@@ -138,6 +143,7 @@ impl StoredFamily {
             // a family that is being computed has none yet
             ends: typed(path, &g, "ends").unwrap_or_default(),
             points,
+            watched,
             harmonics,
             statement: read_statement(&g)?,
         })

@@ -8,7 +8,7 @@ use super::careful::Careful;
 use super::columns::{SECTIONS, SWEEP, SectionRow, SweepRow};
 use super::schema::{About, Rows};
 use super::table::Form;
-use crate::records::{AttractorKind, AttractorRecord};
+use crate::records::{AttractorKind, AttractorRecord, ExtremesRecord};
 
 /// The open tables of `/sweep`.
 pub(super) struct SweepWriter {
@@ -102,6 +102,7 @@ pub(super) fn read_sweep(file: &hdf5::File) -> Result<Vec<(i64, AttractorRecord)
             sections: own(&mut sections, k),
             least: own(&mut depths, k),
             spectrum: row(&spectrum, k),
+            extremes: ExtremesRecord::default(),
             maps: whole(&maps),
             note: notes.get(k).map_or(String::new(), |n| n.as_str().to_owned()),
         };

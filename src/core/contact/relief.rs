@@ -1,14 +1,15 @@
-//! Whether elements of four or eight corners are too stiff for the modes of a body, without another solution.
+//! Whether linear elements are too stiff for the modes of a body, without another solution.
 //!
 //! ```text
 //! η = 1 − φᵀK_iφ / φᵀKφ = Σ_e r_eᵀ H_e⁻¹ r_e / φᵀKφ        the share of incompatible modes in the stiffness
 //! ω √(1 − η)                                                the frequency without it
 //! ```
 //!
-//! `r_e`, `H_e`: [`crate::fem::Shape::energy_and_relief`]. Of beams of one to four elements through the thickness the lower frequency is right to a percent.
+//! of elements of four or eight corners: `r_e`, `H_e` of [`crate::fem::Shape::energy_and_relief`]. Of beams of one to four elements through the thickness the lower frequency is right to a percent.
+//! Of linear triangles and tetrahedra it is what functions of their edges take off, which they lack ([`crate::fem::Edges`]): a part of it.
 
 use super::{ContactError, System, phase_modes};
-use crate::fem::Shape;
+use crate::fem::{Body, Edges, Shape};
 use crate::mesh::{Basis, Family};
 
 /// Bodies of more unknowns are not asked: three modes of them are no look by the way.
@@ -22,12 +23,16 @@ const RIGID: f64 = 1e-9;
 pub fn relief(system: &System) -> Result<Vec<(f64, f64)>, ContactError> {
     let body = &system.body;
     let materials = body.materials();
-    let suits = |kind: crate::mesh::ElementKind| {
-        kind.family() == Family::Cube && kind.basis() == Basis::Linear && kind.dim() > 1
+    let all_are = |family: Family| {
+        let suits = |kind: crate::mesh::ElementKind| {
+            kind.family() == family && kind.basis() == Basis::Linear && kind.dim() > 1
+        };
+        body.mesh.elements().all(|e| suits(e.kind))
     };
-    if materials.is_empty()
+    let (cubes, simplices) = (all_are(Family::Cube), all_are(Family::Simplex));
+    if !(cubes || simplices)
+        || materials.is_empty()
         || materials.iter().any(crate::fem::Material::is_radial)
-        || body.mesh.elements().any(|e| !suits(e.kind))
         || system.n_o() > MOST
         || system.impact().is_some()
     {
@@ -35,8 +40,8 @@ pub fn relief(system: &System) -> Result<Vec<(f64, f64)>, ContactError> {
     }
     let rigid = body.rigid_motions(false).len();
     let modes = phase_modes(system, &system.open_phase(), (rigid + MODES).min(system.n_o()))?;
-    let dim = body.mesh.dim();
     let phase = system.open_phase();
+    let edges = simplices.then(|| Edges::new(body));
     let highest = modes.omega.last().copied().unwrap_or(0.0);
     let mut u = vec![0.0; system.n()];
     let mut all = vec![];
@@ -47,19 +52,29 @@ pub fn relief(system: &System) -> Result<Vec<(f64, f64)>, ContactError> {
         phase.expand(shape, &mut u);
         // of a reduced body that of its mesh
         let field = body.nodal_dofs().scatter(&body.nodal(&u));
-        let mut sum = [0.0; 2];
-        for e in body.mesh.elements() {
-            let x = body.mesh.corners(e);
-            let own: Vec<f64> =
-                e.nodes.iter().flat_map(|n| field[dim * n..dim * (n + 1)].to_vec()).collect();
-            let shape = Shape { kind: e.kind, x: &x };
-            let [energy, relief] = shape.energy_and_relief(&materials[e.region], &own);
-            sum[0] += energy;
-            sum[1] += relief;
-        }
-        if sum[0] > 0.0 {
-            all.push((*omega, sum[1] / sum[0]));
+        let [energy, relief] = match &edges {
+            Some(edges) => edges.relief(&field, *omega),
+            None => incompatible(body, &field),
+        };
+        if energy > 0.0 {
+            all.push((*omega, relief / energy));
         }
     }
     Ok(all)
+}
+
+/// Energy of a field, twice, and what incompatible modes take off it.
+fn incompatible(body: &Body, field: &[f64]) -> [f64; 2] {
+    let dim = body.mesh.dim();
+    let mut sum = [0.0; 2];
+    for e in body.mesh.elements() {
+        let x = body.mesh.corners(e);
+        let shape = Shape { kind: e.kind, x: &x };
+        let own: Vec<f64> =
+            e.nodes.iter().flat_map(|n| field[dim * n..dim * (n + 1)].to_vec()).collect();
+        let [energy, relief] = shape.energy_and_relief(&body.materials()[e.region], &own);
+        sum[0] += energy;
+        sum[1] += relief;
+    }
+    sum
 }

@@ -24,6 +24,7 @@ mod switch;
 mod told;
 mod touch;
 mod verify;
+mod watch;
 
 pub use checkpoint::Checkpoint;
 pub use evidence::Evidence;
@@ -34,6 +35,7 @@ pub use proof::Proof;
 pub use report::{Marched, Outcome, Report, Rubbed};
 pub use switch::{Grazing, GrazingKind, Switch, SwitchKind};
 pub use verify::{LcpCheck, Verified};
+pub use watch::{Watch, Watched, label};
 
 use crate::contact::{
     ContactError, MonitorKind, Phase, PointState, Scratch, State, States, System, leading,

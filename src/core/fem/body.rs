@@ -64,6 +64,8 @@ pub struct Body {
     pub mass_form: MassForm,
     /// `K` and `M` of given matrices over their rows, and behind them those that supports hold, which are nodes of the mesh; where there are such.
     bordered: Option<Arc<[Csr; 2]>>,
+    /// Unit translations along x, y and z of given matrices, over their rows and those that are held, where somebody knows what these are.
+    translations: Option<Arc<[Vec<f64>; 3]>>,
     /// The largest eigenvalue of one of its elements by itself, where it is assembled from such.
     largest: f64,
     /// [`Body::frequency_bound`], once it was asked for.
@@ -225,6 +227,7 @@ impl Body {
             discrete: vec![],
             mass_form: form,
             bordered: None,
+            translations: None,
             largest,
             bound: OnceLock::new(),
         }
@@ -304,6 +307,7 @@ impl Body {
             discrete: vec![],
             mass_form: MassForm::Consistent,
             bordered: None,
+            translations: None,
             largest: 0.0,
             bound: OnceLock::new(),
         })
@@ -382,6 +386,7 @@ impl Body {
             discrete: vec![],
             mass_form: MassForm::Consistent,
             bordered: None,
+            translations: None,
             largest: 0.0,
             bound: OnceLock::new(),
         })
@@ -394,6 +399,23 @@ impl Body {
         self.dofs.hold_rows(all);
         self.bordered = Some(bordered.into());
         self
+    }
+
+    /// The same with the unit translations along x, y and z, over all these rows.
+    pub fn with_translations(mut self, translations: [Vec<f64>; 3]) -> Body {
+        self.translations = Some(translations.into());
+        self
+    }
+
+    /// The forces `M Σ a_c w_c` of an acceleration on the nodes of given matrices whose translations `w_c` are known.
+    pub(crate) fn pull_on_rows(&self, acceleration: &[f64]) -> Option<Vec<f64>> {
+        let translations = self.translations.as_ref()?;
+        let mut field = vec![0.0; self.mesh.n_nodes()];
+        for (a, w) in acceleration.iter().zip(translations.iter()) {
+            field.iter_mut().zip(w).for_each(|(x, w)| *x += a * w);
+        }
+        let [_, force] = self.products_of_field(&field);
+        Some(force)
     }
 
     /// Masses of the rows of given matrices that supports hold: their diagonal.

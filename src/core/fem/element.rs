@@ -81,6 +81,12 @@ pub(super) fn weighted<'p>(
     weights.zip(x).fold([0.0; 3], add)
 }
 
+/// Strain of a displacement times a function of this gradient, over that displacement.
+pub(super) fn strain_of(gradient: &Point, dim: usize) -> StrainRows {
+    let (values, gradients) = (Cow::Owned(vec![0.0]), vec![*gradient]);
+    Station { values, gradients, det: 1.0, radius: 1.0 }.strain(dim, false)
+}
+
 impl Shape<'_> {
     fn at(&self, local: Local) -> Station<'static> {
         let point = Tabulated::new(self.kind, (local, 1.0));
@@ -114,6 +120,11 @@ impl Shape<'_> {
             std::array::from_fn(|c| (0..dim).map(|r| columns[r][c] * g[r]).sum::<f64>() / det)
         };
         Station { gradients: of.iter().map(gradient).collect(), values, det, radius }
+    }
+
+    /// Gradients of the shape functions at its centre.
+    pub(crate) fn gradients(&self) -> Vec<Point> {
+        self.at(shape::centre(self.kind)).gradients
     }
 
     /// Determinant of the Jacobian at a place: not positive where the element is inverted.

@@ -227,6 +227,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub fn nodal_gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
     // the mass of prescribed displacements pulls on the support, not on `u`, so a uniform field must
     // be integrated with all shape functions: use the element masses' row sums
+    if let Some(force) = body.pull_on_rows(acceleration) {
+        return force;
+    }
     let dim = body.mesh.dim();
     let of_node = |m: f64| (0..dim).map(move |c| m * acceleration[c]);
     body.nodal_mass().into_iter().flat_map(of_node).collect()

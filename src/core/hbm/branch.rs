@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::f64::consts::TAU;
 
 use super::check::Likeness;
+use super::extremes::extremes;
 use super::multipliers::{AlongSeries, Told};
 use super::newton::Settings;
 use super::response::{self, Harmonics, Origin, Point, Summary, Track, Walk};
@@ -67,6 +68,7 @@ pub(super) fn record_of(
         switches: summary.switches.iter().map(|&(t, c, kind)| (t, node(c), kind)).collect(),
         u0,
         v0,
+        extremes: extremes(interface, s, u),
         ..OrbitRecord::default()
     })
 }

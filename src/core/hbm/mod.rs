@@ -31,6 +31,7 @@ mod crossing;
 #[doc(hidden)]
 pub mod damped;
 pub(crate) mod dynamic;
+mod extremes;
 mod impedance;
 pub(crate) mod interface;
 pub mod modes;

@@ -132,6 +132,17 @@ impl Series {
         }
         (x, dx)
     }
+
+    /// Second derivative by `θ`.
+    pub fn second(&self, theta: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        for (i, (k, is_sine)) in self.basis.functions(self.n_h).into_iter().enumerate() {
+            let k = k as f64;
+            let (sin, cos) = (k * theta).sin_cos();
+            let f = -k * k * if is_sine { sin } else { cos };
+            out.iter_mut().zip(self.of(i)).for_each(|(x, c)| *x += f * c);
+        }
+    }
 }
 
 /// A scalar trigonometric polynomial: coefficients of the functions of a basis.

@@ -11,12 +11,13 @@ use faer::Mat;
 
 use super::chain::Propagator;
 use super::credentials::Orbit;
+use super::extremes::{Extremes, Watching};
 use super::lyapunov::Carried;
 use super::period_map::integrate_with;
 use super::settle::{Settled, Settling, repeats, settle, settle_unless};
 use super::{OrbitError, tolerate};
 use crate::event::{Observer, Sample, Switch};
-use crate::records::{AttractorKind, AttractorRecord, crest, largest, mean_with_error};
+use crate::records::{AttractorKind, AttractorRecord, ExtremesRecord, largest, mean_with_error};
 
 /// Periods over which an exponent is taken: those that are left out at first, blocks, periods of a block.
 const EXPONENT: (usize, usize, usize) = (20, 10, 20);
@@ -194,18 +195,12 @@ fn exponent(
 pub(super) struct Look<'a> {
     pub body: &'a Propagator,
     step: f64,
-    peak: Vec<f64>,
-    trough: Vec<f64>,
-    /// Largest force of all contact points together.
-    pub force: f64,
-    /// Largest energy.
-    pub energy: f64,
-    /// Largest kinetic energy.
-    pub kinetic: f64,
-    /// The last two states: time and displacements.
-    last: Vec<(f64, Vec<f64>)>,
-    /// The last two of the present phase: time, force, energy, kinetic energy.
-    in_phase: Vec<(f64, [f64; 3])>,
+    /// Displacements of the contact points.
+    moved: Extremes,
+    /// Force of all contact points together, energy, kinetic energy.
+    sums: Extremes,
+    /// What is watched besides, where it is asked for.
+    watching: Option<Watching<'a>>,
     /// Displacements at even steps of time.
     history: Vec<Vec<f64>>,
 }
@@ -213,24 +208,19 @@ pub(super) struct Look<'a> {
 impl<'a> Look<'a> {
     /// At a motion over a time, of which so many states are stored.
     pub fn new(body: &'a Propagator, until: f64, states: usize) -> Look<'a> {
-        let n_c = body.system.n_contact();
-        Look {
-            body,
-            step: until / states as f64,
-            peak: vec![f64::NEG_INFINITY; n_c],
-            trough: vec![f64::INFINITY; n_c],
-            force: 0.0,
-            energy: 0.0,
-            kinetic: 0.0,
-            last: vec![],
-            in_phase: vec![],
-            history: vec![],
-        }
+        let step = until / states as f64;
+        let [moved, sums] = [const { Extremes::EMPTY }; 2];
+        Look { body, step, moved, sums, watching: None, history: vec![] }
+    }
+
+    /// Largest force of all contact points together, energy and kinetic energy.
+    pub fn sums(&self) -> [f64; 3] {
+        [0, 1, 2].map(|k| self.sums.largest.get(k).map_or(0.0, |x| x.max(0.0)))
     }
 
     /// Largest displacement of a contact point in magnitude.
     pub fn amplitude(&self) -> f64 {
-        largest(&self.peak, &self.trough)
+        largest(&self.moved.largest, &self.moved.least)
     }
 }
 
@@ -243,45 +233,29 @@ impl Observer for Look<'_> {
         let areas = system.constraints.iter().map(|c| c.area);
         let force = s.pressure.iter().zip(areas).map(|(p, a)| p * a).sum::<f64>();
         let energies = s.energies.map_or([f64::NAN; 2], |e| [e.total(), e.kinetic]);
-        let of_phase = [force, energies[0], energies[1]];
-        let largest = [&mut self.force, &mut self.energy, &mut self.kinetic];
-        for (k, largest) in largest.into_iter().enumerate() {
-            *largest = largest.max(of_phase[k]);
-            if let [(t0, a), (t1, b)] = &self.in_phase[..] {
-                *largest = largest.max(crest([*t0, *t1, s.t], [a[k], b[k], of_phase[k]]));
-            }
-        }
-        if self.in_phase.len() == 2 {
-            self.in_phase.remove(0);
-        }
-        self.in_phase.push((s.t, of_phase));
-        for (i, &u) in u.iter().enumerate() {
-            self.peak[i] = self.peak[i].max(u);
-            self.trough[i] = self.trough[i].min(u);
-            if let [(t0, a), (t1, b)] = &self.last[..]
-                && t0 < t1
-                && *t1 < s.t
-            {
-                let times = [*t0, *t1, s.t];
-                self.peak[i] = self.peak[i].max(crest(times, [a[i], b[i], u]));
-                self.trough[i] = self.trough[i].min(-crest(times, [-a[i], -b[i], -u]));
-            }
+        self.sums.note(s.t, vec![force, energies[0], energies[1]]);
+        if let Some(watching) = &mut self.watching {
+            watching.note(s);
         }
         let due = self.history.len() as f64 * self.step;
         if s.t >= due - 1e-9 * self.step {
             self.history.push(u.clone());
         }
-        if self.last.len() == 2 {
-            self.last.remove(0);
-        }
-        self.last.push((s.t, u));
+        self.moved.note(s.t, u);
         Ok(())
     }
 
-    fn switch(&mut self, _: &Switch) -> Result<(), Infallible> {
+    fn switch(&mut self, s: &Switch) -> Result<(), Infallible> {
         // what comes is of another phase: forces and energies may jump
-        self.in_phase.clear();
+        self.sums.cut();
+        if let Some(watching) = &mut self.watching {
+            watching.switch(s.t, &s.before);
+        }
         Ok(())
+    }
+
+    fn takes_accelerations(&self) -> bool {
+        self.watching.as_ref().is_some_and(Watching::takes_accelerations)
     }
 
     fn looks_behind_switches(&self) -> usize {
@@ -301,6 +275,7 @@ fn looked_at(
     let until = periods as f64 * TAU / omega;
     let states = STATES * periods;
     let mut look = Look::new(body, until, states);
+    look.watching = Some(Watching::new(&body.system));
     let passage = match integrate_with(body, &body.state(z), until, states, &mut look) {
         Ok(passage) => passage,
         Err(e) if e.is_of_one_motion() => {
@@ -309,7 +284,10 @@ fn looked_at(
         }
         Err(e) => return Err(e),
     };
-    let Look { peak, trough, force, energy, mut history, .. } = look;
+    let [force, energy, _] = look.sums();
+    let Look {
+        moved: Extremes { largest: peak, least: trough, .. }, watching, mut history, ..
+    } = look;
     // the end of the last period is the beginning of the next
     history.truncate(states);
     let sections = history.iter().step_by(STATES).flatten().copied().collect();
@@ -341,6 +319,7 @@ fn looked_at(
         sections,
         least,
         spectrum,
+        extremes: watching.map_or(ExtremesRecord::default(), Watching::seen),
         maps,
         note,
     };
@@ -363,6 +342,7 @@ fn nothing(body: &Propagator, z: &[f64], found: Found) -> Attractor {
         sections: vec![],
         least: vec![],
         spectrum: vec![f64::NAN; LINES.0 * LINES.1 + 1],
+        extremes: ExtremesRecord::default(),
         maps,
         note,
     };

@@ -49,6 +49,7 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
             family: orbit.residual_positions(),
             drift: orbit.drift,
         }),
+        extremes: orbit.extremes.clone(),
     })
 }
 

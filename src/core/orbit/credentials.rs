@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
+use super::extremes::Watching;
 use super::floquet::{Stability, stability, stability_under_load};
 use super::highest::Highest;
 use super::period_map::{Passage, integrate, integrate_with};
@@ -17,6 +18,7 @@ use crate::contact::{MonitorKind, OMITTED_INERTIA, Phase, State, States, System}
 use crate::continuation::norm;
 use crate::event::{Observer, Rubbed, Sample, Switch};
 use crate::fem::largest;
+use crate::records::ExtremesRecord;
 
 /// Stored states of a check.
 const SAMPLES: usize = 200;
@@ -74,6 +76,8 @@ pub struct Orbit {
     pub drift: Option<f64>,
     /// What a viscous orbit has besides.
     pub viscous: Option<Feedback>,
+    /// What forces and probes come to over the period.
+    pub extremes: ExtremesRecord,
     /// Of a subharmonic orbit: how far it is from itself after one period of the loads, `x(T) − x(0)` as a frame vector.
     pub halfway: Option<Vec<f64>>,
 }
@@ -187,6 +191,7 @@ struct Scan<'a> {
     amplitude: Highest,
     contact_time: f64,
     grazing: f64,
+    watching: Watching<'a>,
     /// Last two stored states: time, states of the points, monitors as displacements.
     last: Vec<(f64, States, Vec<f64>)>,
 }
@@ -195,6 +200,7 @@ impl Observer for Scan<'_> {
     type Error = std::convert::Infallible;
 
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
+        self.watching.note(s);
         let system = &self.body.system;
         let u_c = system.towards_obstacles(s.u);
         let energy = s.energies.map_or(f64::NAN, |e| system.beyond_rest(e.total(), s.u));
@@ -236,6 +242,15 @@ impl Observer for Scan<'_> {
         }
         self.last.push((s.t, s.active.clone(), now));
         Ok(())
+    }
+
+    fn switch(&mut self, s: &Switch) -> Result<(), Self::Error> {
+        self.watching.switch(s.t, &s.before);
+        Ok(())
+    }
+
+    fn takes_accelerations(&self) -> bool {
+        self.watching.takes_accelerations()
     }
 }
 
@@ -301,6 +316,7 @@ pub fn examine(
         amplitude: Highest::default(),
         contact_time: 0.0,
         grazing: f64::INFINITY,
+        watching: Watching::new(system),
         last: vec![],
     };
     let passage: Passage = integrate_with(body, &state, period, SAMPLES, &mut scan)?;
@@ -400,6 +416,10 @@ pub fn examine(
         viscous,
         rubbed: report.rubbed.clone(),
         drift,
+        extremes: {
+            scan.watching.close(period);
+            scan.watching.seen()
+        },
         halfway,
         switches: passage.report.switches,
         z: z.to_vec(),

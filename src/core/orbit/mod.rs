@@ -24,7 +24,7 @@
 //! - [`condition`], [`values`], [`curve`] — orbits that are singled out (folds, doublings, grazings, peaks) as curves over a number that the equations depend on;
 //! - [`attractor`], [`settle`], [`basin`] — what a forced body does in the long run, and to which of several attractors a motion comes;
 //! - [`torus`], [`rotation`] — motions of two frequencies: closed curves of the period map, how far they are gone around;
-//! - `highest` — the largest energy of a motion;
+//! - `highest` — the largest energy of a motion; `extremes` — the largest and the least of forces and of what probes see;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
 //! - [`along`] — families by arclength, through folds and corners;
@@ -50,6 +50,7 @@ pub mod curve;
 pub mod cycle;
 pub mod displaced;
 mod drift;
+pub(crate) mod extremes;
 pub mod floquet;
 mod grazing;
 mod highest;

@@ -163,12 +163,13 @@ fn seen(
     let passage = integrate_with(body, &body.state(z), until, states, &mut lock_in);
     let Some(passage) = tolerate(passage)? else { return Ok(None) };
     let LockIn { look, sum, .. } = lock_in;
+    let [force, energy, kinetic] = look.sums();
     Ok(Some(Period {
         power: sum * (2.0 / until),
         amplitude: look.amplitude(),
-        force: look.force,
-        energy: look.energy,
-        kinetic: look.kinetic,
+        force,
+        energy,
+        kinetic,
         z: body.frame(&passage.report.last),
     }))
 }

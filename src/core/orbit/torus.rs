@@ -230,7 +230,7 @@ impl Torus {
             let mut look = Look::new(body, period, STATES);
             integrate_with(body, &body.state(x), period, STATES, &mut look)?;
             amplitude = amplitude.max(look.amplitude());
-            force = force.max(look.force);
+            force = force.max(look.sums()[0]);
         }
         Ok((amplitude, force))
     }

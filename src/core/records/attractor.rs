@@ -4,7 +4,7 @@ use std::fmt::{Display, Formatter, Result};
 
 use serde::{Deserialize, Serialize};
 
-use super::bits;
+use super::{ExtremesRecord, bits};
 
 /// Of which kind a motion is that a body settles to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,6 +97,9 @@ pub struct AttractorRecord {
     /// Magnitudes of the harmonics of the contact point that moves most, at multiples of a twelfth of the frequency of the loads.
     #[serde(with = "bits::many")]
     pub spectrum: Vec<f64>,
+    /// What forces and probes come to.
+    #[serde(default, skip_serializing_if = "ExtremesRecord::is_empty")]
+    pub extremes: ExtremesRecord,
     /// Periods of the loads that it took to find it.
     pub maps: usize,
     /// What there is to say besides: why the motion was lost, how near it came back.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bits;
+use super::{ExtremesRecord, bits};
 use crate::event::SwitchKind;
 
 fn one() -> usize {
@@ -90,6 +90,9 @@ pub struct OrbitRecord {
     /// What friction does, where there is any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<FrictionRecord>,
+    /// What forces and probes come to over the period.
+    #[serde(default, skip_serializing_if = "ExtremesRecord::is_empty")]
+    pub extremes: ExtremesRecord,
 }
 
 /// What friction does in a period.

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{AttractorRecord, CheckRow, OrbitRecord, PointKind, SeriesRecord, bits};
+use super::{
+    AttractorRecord, CheckRow, ExtremesRecord, OrbitRecord, PointKind, SeriesRecord, bits,
+};
 use crate::contact::States;
 
 /// Where a continuation stood.
@@ -78,6 +80,13 @@ impl PointRecord {
     pub fn amplitude(&self) -> f64 {
         let seen = || self.attractor.as_ref().map_or(f64::NAN, AttractorRecord::amplitude);
         self.orbit.as_ref().map_or_else(seen, |o| o.amplitude)
+    }
+
+    /// What forces and probes come to over the motion; nothing where nobody has looked.
+    pub fn extremes(&self) -> Option<&ExtremesRecord> {
+        let of_orbit = self.orbit.as_ref().map(|o| &o.extremes);
+        let seen = self.attractor.as_ref().map(|a| &a.extremes);
+        of_orbit.into_iter().chain(seen).find(|e| !e.is_empty())
     }
 
     /// Switches in a period of the motion, likewise.

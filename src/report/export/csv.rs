@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use super::Followed;
 use super::put::{number, put, quoted};
+use crate::event::label;
 use crate::store::{About, Raw, StoreError, Stored, read_raw, switch_columns};
 
 /// The states `rows` and the switches `switches`, into the two files.
@@ -52,22 +53,26 @@ fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
     for of in &stored.forces {
         let kind = if of.kind == "contact" { "force" } else { of.kind };
         for (k, name) in (0..of.values.ncols()).map(|k| (k, &of.names[k / of.components()])) {
-            let axis = ["_x", "_y", "_z"][k % of.components()];
-            let axis = if of.kind == "spring" || in_rows { "" } else { axis };
-            let _ = write!(out, ",{}", quoted(&format!("{kind}{axis}[{name}]")));
+            let axis = ["x", "y", "z"][k % of.components()];
+            let axis = (of.kind != "spring" && !in_rows).then_some(axis);
+            let _ = write!(out, ",{}", quoted(&label(kind, axis, name)));
         }
     }
     for of in &stored.probes {
         for component in &of.components {
-            let column = format!("{}_{component}[{}]", of.quantity.name(), of.name);
+            let column = label(of.quantity.name(), Some(component), &of.name);
             let _ = write!(out, ",{}", quoted(&column));
         }
     }
-    let axes = &["x", "y", "z"][..components(stored).min(3)];
+    // names of rows have their direction
+    let axes: &[Option<&str>] = match stored.has_row_names() {
+        true => &[None],
+        false => &[Some("x"), Some("y"), Some("z")][..components(stored).min(3)],
+    };
     for point in points {
         for of in ["u", "v"] {
             axes.iter().for_each(|axis| {
-                let _ = write!(out, ",{}", quoted(&format!("{of}_{axis}[{}]", point.name)));
+                let _ = write!(out, ",{}", quoted(&label(of, *axis, &point.name)));
             });
         }
     }
@@ -109,7 +114,8 @@ fn events(stored: &Stored, switches: &[usize]) -> io::Result<String> {
     let columns: Result<Vec<_>, StoreError> = switch_columns().map(read).collect();
     let columns = columns.map_err(io::Error::other)?;
     let names: Vec<&str> = columns.iter().map(|c| c.0).collect();
-    let mut out = names.join(",") + "\n";
+    // as it is called in the table of states
+    let mut out = names.join(",") + ",contact\n";
     let cell = |column: &Raw, k: usize| match column {
         Raw::Float(x) => x.get(&[k][..]).map(|x| number(*x)),
         Raw::Integer(x) => x.get(&[k][..]).map(i64::to_string),
@@ -117,7 +123,9 @@ fn events(stored: &Stored, switches: &[usize]) -> io::Result<String> {
         Raw::Byte(_) | Raw::Flag(_) => None,
     };
     for &k in switches {
-        let cells: Vec<_> = columns.iter().map(|c| cell(&c.1, k).unwrap_or_default()).collect();
+        let mut cells: Vec<_> = columns.iter().map(|c| cell(&c.1, k).unwrap_or_default()).collect();
+        let point = stored.switch_point.get(k).filter(|i| **i < stored.gap.len());
+        cells.push(point.map(|i| quoted(&stored.contact_name(*i))).unwrap_or_default());
         out += &(cells.join(",") + "\n");
     }
     Ok(out)

@@ -124,28 +124,28 @@ impl<'s> Plan<'s> {
     }
 
     /// The same with displacements and velocities of some nodes, in a table.
-    pub(crate) fn with_nodes(self, nodes: &[usize]) -> Result<Plan<'s>, ExportError> {
+    pub(crate) fn with_nodes(self, words: &[String]) -> Result<Plan<'s>, ExportError> {
         let nothing = |text: String| Err(ExportError::Nothing(text));
-        if !nodes.is_empty() && self.format != Format::Csv {
+        if !words.is_empty() && self.format != Format::Csv {
             return nothing(
                 "--nodes adds columns to --format csv; the other formats have all nodes".into(),
             );
         }
-        // the last node of a body from matrices is the ground
-        let ground = usize::from(!nodes.is_empty() && self.stored.is_of_matrices());
-        let (stored, count) = (self.stored, self.stored.nodes.nrows() - ground);
-        if let Some(node) = nodes.iter().find(|n| **n >= count) {
-            return nothing(format!("--nodes {node}: the nodes count from 0 to {}", count - 1));
-        }
-        if let Some(node) = nodes.iter().find(|n| !stored.keeps(**n)) {
-            return nothing(format!(
-                "--nodes {node}: {} does not keep its displacements ([run] store); run the scene with store = \"all\"",
-                stored.path.display()
-            ));
-        }
-        let of_node = |n: &usize| Followed { name: n.to_string(), weights: vec![(*n, 1.0)] };
         let mut plan = self;
-        plan.points.extend(nodes.iter().map(of_node));
+        for word in words {
+            let node = match plan.stored.node_called(word) {
+                Ok(node) => node,
+                Err(why) => return nothing(format!("--nodes {word}: {why}")),
+            };
+            if !plan.stored.keeps(node) {
+                return nothing(format!(
+                    "--nodes {word}: {} does not keep its displacements ([run] store); run the scene with store = \"all\"",
+                    plan.stored.path.display()
+                ));
+            }
+            let name = plan.stored.node_name(node);
+            plan.points.push(Followed { name, weights: vec![(node, 1.0)] });
+        }
         Ok(plan)
     }
 

@@ -58,17 +58,17 @@ fn draw_family(chart: &mut Chart, family: &StoredFamily, look: Look, value: Valu
 }
 
 /// A quantity over the frequency.
-struct Quantity {
-    label: &'static str,
-    look: Look,
-    value: fn(&OrbitRecord) -> f64,
+pub(super) struct Quantity {
+    pub label: String,
+    pub look: Look,
+    pub value: Box<dyn Fn(&OrbitRecord) -> f64>,
     /// What is known of its errors.
-    bars: Bars,
+    pub bars: Bars,
 }
 
 /// Bars at the values of a quantity.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Bars {
+pub(super) enum Bars {
     None,
     /// Of the error statement.
     Stated,
@@ -87,11 +87,11 @@ fn along_series(family: &StoredFamily) -> impl Iterator<Item = (usize, &OrbitRec
 impl Quantity {
     fn of_axis(family: &StoredFamily, axis: Shown) -> Self {
         Quantity {
-            label: axis.label(&[family]),
+            label: axis.label(&[family]).to_owned(),
             look: Look::of(family),
             value: match axis {
-                Shown::Energy => |o| o.energy,
-                Shown::Amplitude => |o| o.amplitude,
+                Shown::Energy => Box::new(|o| o.energy),
+                Shown::Amplitude => Box::new(|o| o.amplitude),
             },
             bars: if axis == Shown::Energy { Bars::Stated } else { Bars::None },
         }
@@ -105,7 +105,7 @@ impl Quantity {
     /// Its range, or that of its logarithm; whether it is the latter.
     fn scale(&self, family: &StoredFamily) -> (Range<f64>, bool) {
         let orbits = family.points.iter().filter_map(|p| p.orbit.as_ref());
-        let finite = orbits.map(self.value).filter(|v| v.is_finite());
+        let finite = orbits.map(&self.value).filter(|v| v.is_finite());
         let mut values: Vec<f64> = finite.chain(self.level()).collect();
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -125,7 +125,7 @@ impl Quantity {
     }
 
     /// Its chart, the axis linear or logarithmic.
-    fn chart(&self, family: &StoredFamily, x_label: &str) -> Chart {
+    pub(super) fn chart(&self, family: &StoredFamily, x_label: &str) -> Chart {
         let x = range(family.points.iter().map(|p| p.omega));
         let (y, logarithmic) = self.scale(family);
         let lowest = if logarithmic { y.start } else { 0.0 };
@@ -134,7 +134,7 @@ impl Quantity {
             let v = (self.value)(o);
             v.is_finite().then(|| scaled(v))
         };
-        let axes = (Axis::linear(x_label, x.clone()), Axis::scaled(self.label, y, logarithmic));
+        let axes = (Axis::linear(x_label, x.clone()), Axis::scaled(&self.label, y, logarithmic));
         let mut chart = Chart::new(axes.0, axes.1);
         if self.bars == Bars::Stated {
             let colours = (&(|branch| colour(family, branch)) as &dyn Fn(usize) -> _, ink(family));
@@ -155,7 +155,8 @@ impl Quantity {
     }
 }
 
-fn has_orbits(family: &StoredFamily) -> Result<(), FigureError> {
+/// An empty picture is none.
+pub(super) fn has_orbits(family: &StoredFamily) -> Result<(), FigureError> {
     match family.points.iter().any(|p| p.orbit.is_some()) {
         true => Ok(()),
         false => Err(FigureError::Empty("the family holds no orbit")),
@@ -223,9 +224,9 @@ pub(super) fn family_multipliers(family: &StoredFamily) -> Result<Sheet<'static>
     }
     let head = Head { what: what.to_owned(), look: Look::Plain, extra, below: vec![] };
     let quantity = Quantity {
-        label: "largest modulus |μ|",
+        label: "largest modulus |μ|".to_owned(),
         look: Look::Plain,
-        value: largest_multiplier,
+        value: Box::new(largest_multiplier),
         bars: Bars::AlongSeries,
     };
     let chart = quantity.chart(family, "frequency ω");

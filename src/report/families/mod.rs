@@ -1,5 +1,5 @@
 //! Pictures of periodic orbits: a family over the frequency, or a damped nonlinear mode over its amplitude (`backbone`), Floquet multipliers (`multipliers`), the phase
-//! portrait of the contact nodes (`portrait`); and the table of a family as CSV.
+//! portrait of the contact nodes (`portrait`), the largest forces (`forces`) and what probes see (`probes`); and the table of a family as CSV.
 
 mod axis;
 mod branches;
@@ -13,6 +13,7 @@ mod portrait;
 mod special;
 mod sweep;
 mod table;
+mod watched;
 mod words;
 
 use std::path::Path;
@@ -54,7 +55,7 @@ const OF_ORBIT: [Picture; 2] = [
     ("multipliers", multipliers),
 ];
 
-const OF_FAMILY: [Picture; 5] = [
+const OF_FAMILY: [Picture; 7] = [
     ("backbone", |s| match s {
         Source::Family(family, axis) => backbone(family, axis),
         _ => Err(FigureError::Empty("this is no backbone")),
@@ -71,9 +72,18 @@ const OF_FAMILY: [Picture; 5] = [
         Source::Family(family, _) => sweep::waterfall(family),
         _ => Err(NO_SWEEP),
     }),
+    ("forces", |s| match s {
+        Source::Family(family, _) => watched::forces(family),
+        _ => Err(NO_FAMILY),
+    }),
+    ("probes", |s| match s {
+        Source::Family(family, _) => watched::probes(family),
+        _ => Err(NO_FAMILY),
+    }),
     ("multipliers", multipliers),
 ];
 
+const NO_FAMILY: FigureError = FigureError::Empty("this is no family");
 const NO_SWEEP: FigureError = FigureError::Empty("this is no sweep");
 
 const OF_CHECK: [Picture; 2] = [

@@ -18,7 +18,7 @@ const ARROW: f64 = 0.02;
 const DECADES: f64 = 4.0;
 
 /// A point of a sweep, with what the body does there.
-type Swept<'f> = (&'f PointRecord, &'f AttractorRecord);
+pub(super) type Swept<'f> = (&'f PointRecord, &'f AttractorRecord);
 
 fn sweep(family: &StoredFamily, branch: usize) -> Vec<Swept<'_>> {
     of_branch(family, branch).filter_map(|p| Some((p, p.attractor.as_ref()?))).collect()
@@ -48,7 +48,7 @@ fn is_orbit((p, _): &Swept) -> bool {
 }
 
 /// A height of a motion.
-type Height = fn(&Swept) -> f64;
+pub(super) type Height<'h> = &'h dyn Fn(&Swept) -> f64;
 
 /// The orbits of a branch in runs without jumps, and the jumps.
 fn runs(all: &[Swept], height: Height) -> (Vec<Vec<Point>>, Vec<[Point; 2]>) {
@@ -137,7 +137,8 @@ fn two_motions(family: &StoredFamily, height: Height) -> Vec<Vec<Point>> {
     pairs(family).into_iter().flat_map(of).collect()
 }
 
-fn chart(family: &StoredFamily, (name, height): (&str, Height), x_label: &str) -> Chart {
+/// A height over the frequency, both directions.
+pub(super) fn chart(family: &StoredFamily, (name, height): (&str, Height), x_label: &str) -> Chart {
     let all: Vec<Vec<Swept>> = branches(family).into_iter().map(|b| sweep(family, b)).collect();
     let x = range(family.points.iter().map(|p| p.omega));
     let y = range(all.iter().flatten().map(height).chain([0.0]));
@@ -176,36 +177,42 @@ fn head(
     sheet.legend(Legend::Rows(more))
 }
 
-/// The largest contact displacement and the largest contact force over the frequency, both directions; or one quantity.
-pub(super) fn peaks(
-    family: &StoredFamily,
-    axis: Option<Shown>,
-) -> Result<Sheet<'static>, FigureError> {
-    is_a_sweep(family)?;
-    let amplitude: (&str, Height) = ("largest contact displacement", |s| s.0.amplitude());
-    let energy: (&str, Height) = ("largest energy", |s| s.0.energy());
-    let force: (&str, Height) = ("largest contact force", |s| s.1.force);
-    let shown = match axis {
-        None => vec![amplitude, force],
-        Some(Shown::Amplitude) => vec![amplitude],
-        Some(Shown::Energy) => vec![energy],
-    };
+/// The head of a picture of heights over the frequency; the first tells where there are jumps.
+pub(super) fn sheet(family: &StoredFamily, what: &str, heights: &[Height]) -> Sheet<'static> {
     let mut more = vec![];
     let all: Vec<Vec<Swept>> = branches(family).into_iter().map(|b| sweep(family, b)).collect();
-    let jumps = || all.iter().flat_map(|s| runs(s, shown[0].1).1);
+    let jumps = || all.iter().flat_map(|s| runs(s, heights[0]).1);
     if jumps().any(|[a, b]| b.1 > a.1) {
         more.push(entry("jump up", INK, Mark::Triangle));
     }
     if jumps().any(|[a, b]| b.1 < a.1) {
         more.push(entry("jump down", INK, Mark::Falling));
     }
-    if shown.iter().any(|s| !two_motions(family, s.1).is_empty()) {
+    if heights.iter().any(|height| !two_motions(family, height).is_empty()) {
         more.push(entry("hysteresis", SHADE, Mark::Patch));
     }
     if all.iter().flatten().any(|s| !is_orbit(s)) {
         more.push(entry("not periodic, or not settled", INK, Mark::Speck));
     }
-    let mut sheet = head(family, "sweep", |_| Mark::Line, more);
+    head(family, what, |_| Mark::Line, more)
+}
+
+/// The largest contact displacement and the largest contact force over the frequency, both directions; or one quantity.
+pub(super) fn peaks(
+    family: &StoredFamily,
+    axis: Option<Shown>,
+) -> Result<Sheet<'static>, FigureError> {
+    is_a_sweep(family)?;
+    let amplitude: (&str, Height) = ("largest contact displacement", &|s| s.0.amplitude());
+    let energy: (&str, Height) = ("largest energy", &|s| s.0.energy());
+    let force: (&str, Height) = ("largest contact force", &|s| s.1.force);
+    let shown = match axis {
+        None => vec![amplitude, force],
+        Some(Shown::Amplitude) => vec![amplitude],
+        Some(Shown::Energy) => vec![energy],
+    };
+    let heights: Vec<Height> = shown.iter().map(|s| s.1).collect();
+    let mut sheet = sheet(family, "sweep", &heights);
     for (k, quantity) in shown.iter().enumerate() {
         let is_last = k + 1 == shown.len();
         let label = if is_last { "frequency ω" } else { "" };

@@ -2,14 +2,21 @@
 
 use std::fmt::Write as _;
 
+use crate::records::ExtremesRecord;
 use crate::report::export::{number, quoted};
 use crate::store::StoredFamily;
 
 /// A row a point of a family; a point without an orbit has empty cells, but for what a sweep saw there.
 pub fn csv(family: &StoredFamily) -> String {
     let mut out = String::from(
-        "omega,energy,amplitude,residual,contact_time,grazing_distance,switches,stable,branch,special\n",
+        "omega,energy,amplitude,residual,contact_time,grazing_distance,switches,stable,branch,special",
     );
+    for watched in &family.watched {
+        for end in ["largest", "least"] {
+            out += &format!(",{}", quoted(&format!("{end}_{}", watched.label)));
+        }
+    }
+    out.push('\n');
     for p in &family.points {
         out.push_str(&number(p.omega));
         match &p.orbit {
@@ -26,7 +33,15 @@ pub fn csv(family: &StoredFamily) -> String {
             }
             None => out.push_str(",,,,,,,"),
         }
-        let _ = writeln!(out, ",{},{}", p.branch, quoted(&p.special.to_string()));
+        let _ = write!(out, ",{},{}", p.branch, quoted(&p.special.to_string()));
+        for i in 0..family.watched.len() {
+            let ends: [fn(&ExtremesRecord) -> &[f64]; 2] = [|e| &e.largest, |e| &e.least];
+            for end in ends {
+                let known = p.extremes().and_then(|e| end(e).get(i)).filter(|x| !x.is_nan());
+                let _ = write!(out, ",{}", known.map(|x| number(*x)).unwrap_or_default());
+            }
+        }
+        out.push('\n');
     }
     out
 }

@@ -6,6 +6,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::chart::{Axis, Chart, Layer, Point, Ticks};
+use super::legend::width_of;
 use super::mark::symbol;
 use super::scale::{TickStyle, log_ticks, power_of_ten};
 use super::{
@@ -40,6 +41,18 @@ fn told_apart(range: Range<f64>) -> Range<f64> {
     }
 }
 
+/// Room for what stands at the left axis: names may be long.
+fn beside(chart: &Chart) -> Result<i32, FigureError> {
+    let mut most = px(Y_LABELS);
+    if let Ticks::Named(names) = &chart.y.ticks {
+        let axis = if chart.y.label.is_empty() { 16.0 } else { 40.0 };
+        for (_, name) in names {
+            most = most.max(width_of(name, 13)? + px(axis));
+        }
+    }
+    Ok(most)
+}
+
 /// Draw a chart on the whole of an area.
 pub(super) fn draw(area: &Area, chart: &Chart) -> Drawn {
     let (x, y) = if chart.equal { widened(area, chart) } else { chart.frame() };
@@ -48,7 +61,7 @@ pub(super) fn draw(area: &Area, chart: &Chart) -> Drawn {
         .margin(px(MARGIN))
         .margin_right(px(MARGIN_RIGHT))
         .x_label_area_size(px(if chart.x.label.is_empty() { 20.0 } else { X_LABELS }))
-        .y_label_area_size(px(Y_LABELS))
+        .y_label_area_size(beside(chart)?)
         .build_cartesian_2d(x.clone(), y.clone())
         .map_err(FigureError::draw)?;
     chart.under.iter().try_for_each(|layer| draw_layer(&mut plane, layer))?;

@@ -6,9 +6,9 @@ mod text;
 
 use crate::contact::{OMITTED_INERTIA, System, relief};
 use crate::event::Report;
-use crate::mesh::Mesh;
 use crate::mesh::reentrant::reentrant;
 use crate::mesh::slender::stiff_in_bending;
+use crate::mesh::{Family, Mesh};
 use crate::problem::Notes;
 use crate::records::Relief;
 use crate::scenario::{LoadKind, Scene};
@@ -65,17 +65,25 @@ fn energy_warning(system: &System, report: &Report) -> Option<String> {
 /// Elements that are too stiff for the body, with what is known of the error.
 pub fn mesh_warning(system: &System) -> Option<String> {
     let mesh = &system.body.mesh;
-    if let Some(stiff) = stiff_in_bending(mesh) {
-        return Some(stiff.to_string());
-    }
     let modes = relief(system).unwrap_or_default();
+    let bends_badly = || stiff_in_bending(mesh).map(|stiff| stiff.to_string());
+    // bodies that are too large to be asked for their modes
+    if modes.is_empty() {
+        return bends_badly();
+    }
     let of = |(k, (omega, share)): (usize, (f64, f64))| (k + 1, Relief { omega, share }.excess());
     let all = modes.into_iter().enumerate().map(of);
     let (mode, excess) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|w| w.1 > TOO_STIFF)?;
-    let kind = mesh.elements().next()?.kind.name();
+    let kind = mesh.elements().next()?.kind;
     let excess = significant(100.0 * excess, 2);
+    let (by, what) = match kind.family() {
+        Family::Simplex => ("some", "quadratic functions of their edges"),
+        _ => ("about", "incompatible modes"),
+    };
+    let because = bends_badly().map_or(String::new(), |text| format!(" There are {text}."));
     Some(format!(
-        "these {kind} are too stiff: mode {mode} by about {excess} % in frequency (what incompatible modes take off its stiffness); take elements of second order, or a finer mesh. \"signorini trust\" tells what else moves"
+        "these {} are too stiff: mode {mode} by {by} {excess} % in frequency (what {what} take off its stiffness); take elements of second order, or a finer mesh. \"signorini trust\" tells what else moves.{because}",
+        kind.name()
     ))
 }
 

@@ -41,6 +41,14 @@ pub struct DofName {
     pub direction: u8,
 }
 
+impl DofName {
+    /// What its direction is called.
+    pub fn along(&self) -> &'static str {
+        let axes = ["scalar", "x", "y", "z", "rx", "ry", "rz"];
+        axes[usize::from(self.direction).min(axes.len() - 1)]
+    }
+}
+
 impl fmt::Display for DofName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}.{}", self.node, self.direction)
