@@ -96,7 +96,7 @@ class Mesh:
             raise SceneError("cells with nodes in their middle: save them as a file of Gmsh, whose order is known")
         highest = max(_KINDS[kind][1] for kind, _ in blocks)
         sets = _cell_sets(mesh, blocks, groups)
-        lines: list[tuple[int, int, list[int]]] = []  # type, group, nodes from 0
+        lines: list[tuple[int, np.ndarray, np.ndarray]] = []  # type, groups, nodes from 0: a row a cell
         names: dict[str, tuple[int, int]] = {}  # dimension, number
 
         def group(name: str, dim: int) -> int:
@@ -116,19 +116,19 @@ class Mesh:
                     of[free] = group(name, dim)
                 if (of == 0).any():
                     of[of == 0] = group("body", dim)
-                lines += [(number, int(g), nodes.tolist()) for g, nodes in zip(of, ordered)]
+                lines.append((number, of, ordered))
             elif dim == highest - 1:
                 for name, rows in own:
                     g = group(name, dim)
-                    lines += [(number, g, nodes.tolist()) for nodes in ordered[rows]]
+                    lines.append((number, np.full(len(rows), g), ordered[rows]))
         sides = _boundary(blocks, highest)
         for name, nodes in _point_sets(mesh).items():
             inside = np.zeros(len(points), dtype=bool)
             inside[nodes] = True
-            found = [side for side in sides if inside[list(side)].all()]
-            if found:
+            found = [rows[inside[rows].all(axis=1)] for rows in sides]
+            if any(len(rows) for rows in found):
                 g = group(name if name not in names else f"{name} nodes", highest - 1)
-                lines += [(_SIDES[(highest - 1, len(side))], g, list(side)) for side in found]
+                lines += [(_SIDES[(highest - 1, rows.shape[1])], np.full(len(rows), g), rows) for rows in found]
         path.write_text(_text(points, lines, names))
         return cls(path, list(names))
 
@@ -162,22 +162,26 @@ def _point_sets(mesh: Any) -> dict[str, np.ndarray]:
     return {name: rows for name, rows in sets.items() if not name.startswith("gmsh:")}
 
 
-def _boundary(blocks: Iterable[tuple[str, np.ndarray]], highest: int) -> list[tuple[int, ...]]:
-    """The sides that belong to one cell alone."""
-    found: dict[tuple[int, ...], tuple[int, ...] | None] = {}
+def _boundary(blocks: Iterable[tuple[str, np.ndarray]], highest: int) -> list[np.ndarray]:
+    """The sides that belong to one cell alone, a row a side, by their numbers of nodes."""
+    found: dict[int, list[np.ndarray]] = {}
     for kind, cells in blocks:
         _, dim, sides = _KINDS[kind]
-        if dim != highest:
-            continue
-        for side in sides:
-            for nodes in cells[:, list(side)]:
-                own = tuple(int(n) for n in nodes)
-                key = tuple(sorted(own))
-                found[key] = None if key in found else own
-    return [side for side in found.values() if side is not None]
+        if dim == highest:
+            for side in sides:
+                found.setdefault(len(side), []).append(cells[:, list(side)])
+    alone = []
+    for parts in found.values():
+        rows = np.concatenate(parts)
+        key = np.sort(rows, axis=1)
+        order = np.lexsort(key.T)
+        differs = np.ones(len(rows) + 1, dtype=bool)
+        differs[1:-1] = (key[order[1:]] != key[order[:-1]]).any(axis=1)
+        alone.append(rows[np.sort(order[differs[1:] & differs[:-1]])])
+    return alone
 
 
-def _text(points: np.ndarray, lines: list[tuple[int, int, list[int]]], names: dict[str, tuple[int, int]]) -> str:
+def _text(points: np.ndarray, lines: list[tuple[int, np.ndarray, np.ndarray]], names: dict[str, tuple[int, int]]) -> str:
     """Format 2.2 of Gmsh."""
     out = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(names))]
     out += [f'{dim} {number} "{name}"' for name, (dim, number) in names.items()]
@@ -185,9 +189,14 @@ def _text(points: np.ndarray, lines: list[tuple[int, int, list[int]]], names: di
     full = np.zeros((len(points), 3))
     full[:, : points.shape[1]] = points
     out += [f"{k + 1} {x!r} {y!r} {z!r}" for k, (x, y, z) in enumerate(full.tolist())]
-    out += ["$EndNodes", "$Elements", str(len(lines))]
-    out += [
-        f"{k + 1} {number} 2 {group} {group} {' '.join(str(n + 1) for n in nodes)}" for k, (number, group, nodes) in enumerate(lines)
-    ]
+    out += ["$EndNodes", "$Elements", str(sum(len(groups) for _, groups, _ in lines))]
+    first = 1
+    for number, groups, nodes in lines:
+        count = len(groups)
+        of = [np.arange(first, first + count), np.full(count, number), np.full(count, 2), groups, groups]
+        table = np.column_stack([*of, nodes + 1])
+        row = " ".join(["%d"] * table.shape[1])
+        out += ["\n".join([row] * count) % tuple(table.ravel().tolist())] if count else []
+        first += count
     out.append("$EndElements")
     return "\n".join(out) + "\n"

@@ -13,6 +13,7 @@ use signorini::records::{Branch, OrbitRecord, PointKind, PointRecord};
 use signorini::report::comparison;
 use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::export::largest_stress;
+use signorini::report::families::highest;
 use signorini::report::summary::{kinds_of_switches, plural, significant};
 use signorini::store::{
     Content, Held, Origin, Raw, Stored, StoredFamily, attributes, content, entries, held,
@@ -452,6 +453,7 @@ impl Overview<'_> {
             "gaps": self.gaps(), "specials": self.specials(), "omega": self.omega(),
             "energy": self.bounds(|o| o.energy), "amplitude": self.bounds(|o| o.amplitude),
             "largest_residual": self.bounds(|o| o.residual).map(|b| b[1]),
+            "largest": highest(f).into_iter().map(|(name, most, omega)| json!({"name": name, "magnitude": most, "omega": omega})).collect::<Vec<_>>(),
             "nodes": origin.nodes, "elements": origin.elements,
             "n_dof": origin.displacements, "n_contact": origin.contact_points,
         });
@@ -501,6 +503,10 @@ impl Overview<'_> {
             ("residual", residual),
         ] {
             text.into_iter().for_each(|text| line(label, text));
+        }
+        for (name, most, omega) in highest(f) {
+            let (most, omega) = (significant(most, 6), significant(omega, 8));
+            line("largest", format!("|{name}| = {most} at omega = {omega}"));
         }
         line("scene", format!("{} lines (print it with --scene)", f.scene.lines().count()));
         out

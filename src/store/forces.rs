@@ -81,9 +81,9 @@ impl Writer {
         let t: Vec<f64> = file.dataset("trajectory/t")?.values()?;
         let mut all = vec![];
         for (kind, names, dim) in [
-            ("contact", &kept.resultants.names, kept.resultants.dim),
-            ("support", &kept.bearings.supports, kept.bearings.dim),
-            ("spring", &kept.bearings.springs, 1),
+            ("contact", &kept.watch.resultants.names, kept.watch.resultants.dim),
+            ("support", &kept.watch.bearings.supports, kept.watch.bearings.dim),
+            ("spring", &kept.watch.bearings.springs, 1),
         ] {
             if let Ok(dataset) = file.dataset(&format!("forces/{kind}/force")) {
                 all.extend(records(kind, (names, dim), &t, &dataset.table()?));

@@ -1,12 +1,11 @@
 //! Which displacements a file keeps of a state: `run.store`.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::contact::distance::NEXT;
-use crate::contact::{Bearings, Borne, Excursions, Resultants, System};
-use crate::event::Sample;
-use crate::fem::{Body, Csr, Loads, Probe, Quantity};
+use crate::contact::{Borne, Excursions, System};
+use crate::event::{Sample, Watch};
+use crate::fem::{Body, Csr};
 use crate::problem::parts;
 use crate::scenario::{Precision, Scene, Store};
 
@@ -25,21 +24,14 @@ struct Columns {
 /// What is kept of the displacements and velocities of a body, and with how many digits.
 #[derive(Debug)]
 pub struct Kept {
-    pub(super) body: Arc<Body>,
+    /// What is watched besides: forces of groups, supports and springs, probes.
+    pub(super) watch: Watch,
     /// What is kept where it is not all.
     part: Option<Columns>,
     /// Tangents of the contact points with friction, over `u`; no row without friction, empty ones where there is none.
     tangents: Csr,
-    /// What adds up the pressures of groups.
-    pub(super) resultants: Resultants,
-    /// What adds up the forces of supports and springs.
-    pub(super) bearings: Arc<Bearings>,
-    /// What is watched.
-    pub(super) probes: Arc<[Probe]>,
     /// What tells how far parts stray.
     pub(super) excursions: Excursions,
-    /// The loads, for what of them goes straight into supports.
-    pub loads: Arc<Loads>,
     /// Nothing but what the contact does.
     pub(super) contact_alone: bool,
     /// In single precision.
@@ -59,23 +51,12 @@ impl Kept {
             row.into_iter().map(move |(j, w)| (i, j, w))
         });
         let tangents = Csr::from_triplets(all.len(), system.n(), entries.collect());
-        let (body, resultants) = (system.body.clone(), Resultants::new(system));
-        // where the contact alone is followed nobody knows what supports bear
-        let bearings = if contact_alone { Arc::default() } else { system.bearings.clone() };
-        let loads = system.loads.clone();
-        let (probes, excursions) = (system.probes.clone(), Excursions::default());
-        Kept {
-            body,
-            part,
-            tangents,
-            resultants,
-            bearings,
-            probes,
-            excursions,
-            loads,
-            contact_alone,
-            single,
+        let (mut watch, excursions) = (Watch::new(system), Excursions::default());
+        if contact_alone {
+            // nobody knows what supports bear
+            watch.bearings = Arc::default();
         }
+        Kept { watch, part, tangents, excursions, contact_alone, single }
     }
 
     /// As `[run]` of a scene says.
@@ -109,7 +90,7 @@ impl Kept {
 
     /// Number of all displacements.
     pub(super) fn all_columns(&self) -> usize {
-        self.body.nodal_dofs().n_columns()
+        self.watch.body.nodal_dofs().n_columns()
     }
 
     /// Whether none is.
@@ -130,19 +111,14 @@ impl Kept {
 
     /// Whether somebody asks for accelerations.
     pub(super) fn takes_accelerations(&self) -> bool {
-        let watches = |p: &Probe| p.quantities.contains(&Quantity::Acceleration);
-        !self.bearings.supports.is_empty() || self.probes.iter().any(watches)
-    }
-
-    /// Displacements, velocities and accelerations of a state in the frame at rest; empty where they are not known.
-    pub(super) fn at_rest<'s>(&self, s: &Sample<'s>) -> [Cow<'s, [f64]>; 3] {
-        s.at_rest(&self.loads)
+        self.watch.takes_accelerations()
     }
 
     /// What supports and springs bear at a state, and the momenta.
     pub(super) fn borne(&self, s: &Sample) -> Borne {
-        let [u, v, a] = self.at_rest(s);
-        self.bearings.of(&self.body, (&self.loads, s.t), [&u, &v, &a])
+        let Watch { body, loads, bearings, .. } = &self.watch;
+        let [u, v, a] = s.at_rest(loads);
+        bearings.of(body, (loads, s.t), [&u, &v, &a])
     }
 
     /// The displacements along the tangents, `e u`.
@@ -155,7 +131,10 @@ impl Kept {
     /// What is kept of `u` or `u̇`, along the axes.
     pub(super) fn row(&self, x: &[f64]) -> Vec<f64> {
         match &self.part {
-            None => self.body.nodal_dofs().along_axes(&self.body.nodal(x)),
+            None => {
+                let body = &self.watch.body;
+                body.nodal_dofs().along_axes(&body.nodal(x))
+            }
             Some(part) => {
                 let mut row = vec![0.0; part.places.len()];
                 part.rows.mul(x, &mut row);

@@ -29,7 +29,7 @@ impl Writer {
         let (file, kept) = (self.file(), self.kept());
         let t: Vec<f64> = file.dataset("trajectory/t")?.values()?;
         let mut all = vec![];
-        for probe in kept.probes.iter() {
+        for probe in kept.watch.probes.iter() {
             for &quantity in &probe.quantities {
                 let path = format!("probes/{}/{}", probe.name, quantity.name());
                 let table: Array2<f64> = file.dataset(&path)?.table()?;

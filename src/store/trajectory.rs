@@ -47,14 +47,14 @@ impl Trajectory {
         }
         let plain = |_: &About| Form::plain(None, chunk);
         let mut tables = vec![states, Rows::create(file, ENERGY, &plain)?];
-        let groups = &kept.resultants;
+        let groups = &kept.watch.resultants;
         if !groups.names.is_empty() {
             let components = groups.dim * groups.names.len();
             tables.push(Rows::create(file, FORCES, &|_| Form::plain(Some(components), chunk))?);
             let names: Vec<&str> = groups.names.iter().map(String::as_str).collect();
             words(&file.group("forces/contact")?, "group", &names)?;
         }
-        let bearings = &kept.bearings;
+        let bearings = &kept.watch.bearings;
         let mut add = |columns, width: usize| -> Result<bool, StoreError> {
             if width > 0 {
                 let form = Form { columns: Some(width), chunk, compressed, single: false };

@@ -42,14 +42,14 @@ fn about(quantity: Quantity) -> [&'static str; 2] {
 
 /// The values of all probes at a state, in the order of the tables.
 pub(super) fn values(kept: &Kept, s: &Sample) -> Vec<Vec<f64>> {
-    if kept.probes.is_empty() {
+    if kept.watch.probes.is_empty() {
         return vec![];
     }
-    let [u, v, a] = kept.at_rest(s);
-    let moving = (&kept.loads.carried, s.t);
+    let [u, v, a] = s.at_rest(&kept.watch.loads);
+    let moving = (&kept.watch.loads.carried, s.t);
     let of_quantity = |p: &Probe, q: &Quantity| p.of(*q, [&u, &v, &a], moving);
     let of = |p: &Probe| p.quantities.iter().map(|q| of_quantity(p, q)).collect::<Vec<_>>();
-    kept.probes.iter().flat_map(of).collect()
+    kept.watch.probes.iter().flat_map(of).collect()
 }
 
 /// The open tables.
@@ -59,11 +59,11 @@ impl Watched {
     /// Create all groups.
     pub fn create(file: &hdf5::File, kept: &Kept, chunk: usize) -> Result<Self, StoreError> {
         let mut tables = vec![];
-        if kept.probes.is_empty() {
+        if kept.watch.probes.is_empty() {
             return Ok(Watched(tables));
         }
         let all = file.create_group("probes")?;
-        for probe in kept.probes.iter() {
+        for probe in kept.watch.probes.iter() {
             let group = all.create_group(&probe.name)?;
             for quantity in &probe.quantities {
                 let components = probe.components(*quantity);
@@ -86,7 +86,7 @@ impl Watched {
     /// Go on with the tables of a file.
     pub fn reopen(file: &hdf5::File, kept: &Kept, place: Resume) -> Result<Self, StoreError> {
         let mut tables = vec![];
-        for probe in kept.probes.iter() {
+        for probe in kept.watch.probes.iter() {
             let group = file.group(&format!("probes/{}", probe.name))?;
             for quantity in &probe.quantities {
                 tables.push(Table::reopen(&group, quantity.name(), place)?);

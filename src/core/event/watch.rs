@@ -37,11 +37,16 @@ pub fn label(quantity: &str, component: Option<&str>, name: &str) -> String {
 /// What is watched of the motions of a body.
 #[derive(Debug, Clone)]
 pub struct Watch {
-    body: Arc<Body>,
-    loads: Arc<Loads>,
-    resultants: Resultants,
-    bearings: Arc<Bearings>,
-    probes: Arc<[Probe]>,
+    /// The body.
+    pub body: Arc<Body>,
+    /// The loads, for what of them goes straight into supports, and for what moves.
+    pub loads: Arc<Loads>,
+    /// What adds up the pressures of groups.
+    pub resultants: Resultants,
+    /// What adds up the forces of supports and springs.
+    pub bearings: Arc<Bearings>,
+    /// What is looked at besides.
+    pub probes: Arc<[Probe]>,
 }
 
 impl Watch {

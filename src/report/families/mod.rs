@@ -31,6 +31,7 @@ pub(in crate::report) use branches::is_viscous;
 pub(super) use branches::{branches, of_branch, pieces, runs};
 pub(super) use errors::{draw_errors, error_entries, reached};
 pub use table::csv;
+pub use watched::highest;
 pub(super) use words::kind;
 
 /// Values that differ by more than this factor need a logarithmic axis.

@@ -34,22 +34,19 @@ fn is_shown(family: &StoredFamily, watched: &StoredWatched) -> bool {
     own == whole || !family.watched.iter().any(|w| is_other(&w))
 }
 
-/// The forces over the frequency.
-pub(super) fn forces(family: &StoredFamily) -> Result<Sheet<'static>, FigureError> {
-    let is_force = |w: &StoredWatched| w.kind != "probe" && is_shown(family, w);
-    picture(family, "largest forces", &is_force)
+/// What stands out of a family: each force and quantity with its largest magnitude over all points, and the frequency there; not what is rounding.
+pub fn highest(family: &StoredFamily) -> Vec<(&str, f64, f64)> {
+    let of = |i: usize| {
+        let all = family.points.iter().filter_map(|p| Some((height(p.extremes()?, i), p.omega)));
+        all.filter(|h| h.0.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let shown = acting(family, &|w| w.kind == "probe" || is_shown(family, w));
+    let told = |i: usize| of(i).map(|(x, omega)| (&family.watched[i].label[..], x, omega));
+    shown.into_iter().filter_map(told).collect()
 }
 
-/// What probes see over the frequency.
-pub(super) fn probes(family: &StoredFamily) -> Result<Sheet<'static>, FigureError> {
-    picture(family, "what probes see", &|w| w.kind == "probe")
-}
-
-fn picture(
-    family: &StoredFamily,
-    what: &str,
-    is_of_it: &dyn Fn(&StoredWatched) -> bool,
-) -> Result<Sheet<'static>, FigureError> {
+/// Those of the numbers that are more than rounding beside others of their quantity.
+fn acting(family: &StoredFamily, is_of_it: &dyn Fn(&StoredWatched) -> bool) -> Vec<usize> {
     let largest = |i: usize| {
         let all = family.points.iter().filter_map(|p| Some(height(p.extremes()?, i)));
         all.filter(|x| x.is_finite()).fold(0.0, f64::max)
@@ -66,8 +63,26 @@ fn picture(
         let alike = all.iter().filter(|(j, _)| quantity(*j) == quantity(i));
         alike.fold(0.0, |m: f64, (_, x)| m.max(*x))
     };
-    let shown: Vec<usize> =
-        all.iter().filter(|(i, x)| *x > ROUNDING * of_kind(*i)).map(|(i, _)| *i).collect();
+    all.iter().filter(|(i, x)| *x > ROUNDING * of_kind(*i)).map(|(i, _)| *i).collect()
+}
+
+/// The forces over the frequency.
+pub(super) fn forces(family: &StoredFamily) -> Result<Sheet<'static>, FigureError> {
+    let is_force = |w: &StoredWatched| w.kind != "probe" && is_shown(family, w);
+    picture(family, "largest forces", &is_force)
+}
+
+/// What probes see over the frequency.
+pub(super) fn probes(family: &StoredFamily) -> Result<Sheet<'static>, FigureError> {
+    picture(family, "what probes see", &|w| w.kind == "probe")
+}
+
+fn picture(
+    family: &StoredFamily,
+    what: &str,
+    is_of_it: &dyn Fn(&StoredWatched) -> bool,
+) -> Result<Sheet<'static>, FigureError> {
+    let shown = acting(family, is_of_it);
     if shown.is_empty() {
         return Err(FigureError::Empty(
             "nothing of the kind was watched: the scene has none, or the file is of an earlier version",
