@@ -102,6 +102,24 @@ fn at_rest_supports_bear_what_obstacles_leave() {
     assert_eq!(all[2], 0.0);
 }
 
+/// The weight of contact points that hang on a support goes into it: what all supports bear is the weight, at rest, and by the matrices of a program.
+#[test]
+fn supports_bear_the_weight_of_the_contact() {
+    let body = "[body]\nkind = 'plate'\nsize = [1.0, 0.4]\nelements = [4, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+        [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[[support]]\nedge = 'bottom'\nfix = ['y']\n\
+        [[load]]\nkind = 'gravity'\namplitude = [0.1, -0.2]\n[initial]\nequilibrium = true\n[run]\nuntil = 0.1\nsamples = 2\n";
+    for method in [
+        "method = 'mass-redistribution'",
+        "stress = 'reaction'\ninertia = 'constant'",
+        "method = 'penalty'",
+    ] {
+        let seen = seen(&format!("{body}[contact]\nedge = 'right'\ngap = 5.0\n{method}\n"));
+        let all = &seen.borne[0].supports;
+        let (across, down) = (all[0] + all[2] + 0.04, all[1] + all[3] - 0.08);
+        assert!(across.abs() < 1e-12 && down.abs() < 1e-12, "{method}: {all:?}");
+    }
+}
+
 /// One body is held, the other one thrown at it, against a spring with a preload, or the first one shaken: each momentum changes by what acts on it.
 #[test]
 fn momenta_change_by_the_forces() {
@@ -114,9 +132,15 @@ fn momenta_change_by_the_forces() {
     let spring = "[[spring]]\nat = [0.5, 0.0]\nto_at = [1.65, 0.05]\ndirection = [1.0, 0.0]\nstiffness = 0.1\npreload = 0.02\n";
     let shaken =
         "[[load]]\nkind = 'base'\nedge = 'held:left'\namplitude = [0.02, 0.01]\nomega = 1.3\n";
-    for (friction, beta, more) in
-        [(0.0, 0.0, spring), (0.3, 0.0, spring), (0.0, 0.02, shaken), (0.0, 0.0, shaken)]
-    {
+    // next to the contact
+    let rolls = "[[support]]\nedge = 'held:bottom'\nfix = ['y']\n";
+    for (friction, beta, more) in [
+        (0.0, 0.0, spring),
+        (0.3, 0.0, spring),
+        (0.0, 0.02, shaken),
+        (0.0, 0.0, shaken),
+        (0.0, 0.0, rolls),
+    ] {
         let text = plate("held", "[1.0, 0.5]", "[6, 3]", "")
             + &plate("thrown", "[0.6, 0.4]", "[4, 3]", "move = [1.05, 0.05]\n")
             + "[[support]]\nedge = 'held:left'\nfix = ['x', 'y']\n"
@@ -138,7 +162,9 @@ fn momenta_change_by_the_forces() {
             // tractions jump where a point comes to rest: trapezia are off by half a step times the variation at the most
             let variation: f64 = (1..=last).map(|r| (force(r) - force(r - 1)).abs()).sum();
             let within = if friction > 0.0 { 0.5 * 1e-3 * variation } else { 3e-7 };
-            let support = integral(&seen.t, |r| seen.borne[r].supports[axis]);
+            let of_supports =
+                |r: usize| seen.borne[r].supports.iter().skip(axis).step_by(2).sum::<f64>();
+            let support = integral(&seen.t, of_supports);
             let pulled = match axis {
                 0 if more == spring => integral(&seen.t, |r| seen.borne[r].springs[0]),
                 _ => 0.0,

@@ -350,7 +350,7 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
     ]
 }
 
-/// A command: its heading, the scene it wants, its arguments; `@` is the scene's file, `=NAME` the file that the command with that heading wrote, `%` a study of the scene, `#` the key of its gap.
+/// A command: its heading, the scene it wants, its arguments; `@` is the scene's file, `=NAME` the file that the command with that heading wrote, `&` a study of the scene, `#` the key of its gap.
 const COLUMNS: [(&str, Scene, &[&str]); 26] = [
     ("run", Scene::Forced, &["run", "@"]),
     ("picture", Scene::Forced, &["plot", "=run"]),
@@ -362,7 +362,7 @@ const COLUMNS: [(&str, Scene, &[&str]); 26] = [
     ("reduce", Scene::Forced, &["reduce", "@"]),
     ("trust", Scene::Forced, &["trust", "@"]),
     ("precision", Scene::Forced, &["precision", "@", "--repeats", "1"]),
-    ("study", Scene::Forced, &["study", "run", "%", "--workers", "1"]),
+    ("study", Scene::Forced, &["study", "run", "&", "--workers", "1"]),
     ("orbit", Scene::Forced, &["orbit", "@"]),
     ("derived", Scene::Forced, &["orbit", "@", "--sensitivity", "omega"]),
     ("response", Scene::Forced, &["response", "@", "--points", "10"]),
@@ -573,7 +573,7 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
                 Some(name) => file(name),
                 None => a
                     .replace('@', &scene.display().to_string())
-                    .replace('%', &study.display().to_string())
+                    .replace('&', &study.display().to_string())
                     .replace('#', gap),
             });
             let mut arguments: Vec<String> = arguments.collect();

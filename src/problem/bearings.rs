@@ -8,7 +8,7 @@ use super::places::placed;
 use super::{ProblemError, elements, loads, moving};
 use crate::contact::{Bearings, System};
 use crate::fem::{Body, Loads, load};
-use crate::scenario::{Amplitude, BodyKind, LoadKind, Scene};
+use crate::scenario::{Amplitude, BodyKind, LoadKind, RedistributedMass, Scene};
 
 /// Supports of given matrices, one a direction, with the nodes of the rows that they hold.
 fn supports_of_rows(scene: &Scene, body: &Body) -> Vec<(String, Vec<usize>)> {
@@ -46,7 +46,8 @@ pub(super) fn bearings(
     all.pull(elements::pulls(scene, system)?);
     if system.has_massless_contact() && !all.is_empty() {
         let open = system.open_phase();
-        all = all.without_contact_mass(|row| open.reduce(row));
+        let mass = scene.contact.as_ref().and_then(|c| c.mass);
+        all = all.without_contact_mass(body, &open, mass != Some(RedistributedMass::Optimal));
     }
     if all.supports.is_empty() {
         return Ok((all, None));
@@ -60,7 +61,11 @@ pub(super) fn bearings(
         };
         let course = loads::course(scene, i)?;
         let nodal = match l.kind {
-            LoadKind::Gravity => load::nodal_gravity(body, vector),
+            LoadKind::Gravity => {
+                let nodal = load::nodal_gravity(body, vector);
+                borne.follow(all.share_of_weight(body, &nodal), 0, &course);
+                continue;
+            }
             LoadKind::Traction => load::nodal_traction(body, l.group(), vector),
             LoadKind::Point => {
                 let at = placed(scene, &body.mesh, &format!("load[{i}].at"), l.at.as_deref())?;

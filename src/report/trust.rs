@@ -106,7 +106,8 @@ pub fn words(trust: &Trust) -> Vec<String> {
             ));
         }
     }
-    if let Some(worst) = trust.relief.iter().map(|r| r.excess()).reduce(f64::max)
+    let taken = trust.relief.iter().map(|r| 1.0 - (1.0 - r.share).max(0.0).sqrt());
+    if let Some(worst) = taken.reduce(f64::max)
         && worst > SMALL
     {
         let list: Vec<String> =

@@ -83,7 +83,7 @@ impl RowNames {
         let mut all = self.turned.iter().filter(|t| !t.is_flip()).flat_map(Turned::rows).copied();
         all.find(|row| self.label(*row) == *word).ok_or_else(|| {
             let message = format!("no row is called \"{word}\"");
-            let help = "\"101.t\" in the plane of an oblique direction, \"101.t1\" and \"101.t2\" in space, are those of nodes of a table with such a direction";
+            let help = "\"101.n\" and \"101.t\" are those of nodes of a table with a direction between two axes, \"101.t1\" and \"101.t2\" of one between three";
             Issue::new(key, message, help)
         })
     }

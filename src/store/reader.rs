@@ -519,10 +519,24 @@ impl Stored {
         let count = self.nodes.nrows() - usize::from(self.is_of_matrices());
         match (word.parse(), &self.row_names[..]) {
             (Ok(node), _) if node < count => Ok(node),
-            (Ok(_), _) => Err(format!("the nodes count from 0 to {}", count - 1)),
-            (Err(_), [first, .., last]) => Err(format!(
-                "no row is called so: the first is {first}, the last {last}; numbers from 0 on are rows, too"
+            (Ok(_), []) => Err(format!("the nodes count from 0 to {}", count - 1)),
+            (Ok(_), [first, ..]) => Err(format!(
+                "the rows count from 0 to {}; by name they are called such as {first}",
+                count - 1
             )),
+            (Err(_), [first, .., last]) => {
+                // of a node that supports hold, or whose rows are turned
+                let node = word.rsplit_once('.').map_or(word, |(node, _)| node);
+                let is_of_node =
+                    |name: &&String| name.rsplit_once('.').is_some_and(|n| n.0 == node);
+                let own: Vec<&str> =
+                    self.row_names.iter().filter(is_of_node).map(String::as_str).collect();
+                let there = match own.is_empty() {
+                    true => format!("the first is {first}, the last {last}"),
+                    false => format!("node {node} has {}", own.join(", ")),
+                };
+                Err(format!("no row is called so: {there}; numbers from 0 on are rows, too"))
+            }
             (Err(_), _) => Err("give the numbers of nodes, from 0 on".to_owned()),
         }
     }

@@ -15,8 +15,7 @@ use signorini::flow::{Flow, Tolerances};
 use signorini::problem::Problem;
 use signorini::report::figure::{self, Drawing};
 use signorini::report::precision::{Point, Study};
-use signorini::scenario::Integrator;
-use signorini::scenario::Scene;
+use signorini::scenario::{Integrator, Issue, Scene};
 use signorini::simulate::by_name;
 use signorini::simulate::run_table;
 use signorini::store::{Outputs, beside, replace};
@@ -80,6 +79,12 @@ impl Able {
             let text =
                 "this scene goes through time in its own way: there are no integrators to compare";
             return Err(CliError::Input(text.into()));
+        }
+        if let Some(i) = scene.loads.iter().position(|l| l.table.is_some()) {
+            let message =
+                "is a measured history: no exact flow takes it, and there is no reference";
+            let help = "take a load with omega; \"signorini run\" holds the tolerance of its Runge-Kutta method (rtol)";
+            return Err(scene.error(Issue::new(format!("load[{i}].table"), message, help)).into());
         }
         let without_modes = system.is_entire();
         let rubs = system.tangents();

@@ -7,11 +7,15 @@
 //! ```
 //!
 //! with the mass of the mesh, of all nodes: `R` is the force of the support on the body, and the loads on held displacements go straight into it. Where the contact has no inertia,
-//! its points move for `R` and `P` as in the open phase, `ü_C = A_∅ ü_O`: so does the mass `A_∅ᵀMA_∅` of such a method. `Ṗ` is the sum of the forces on a part, but for what
-//! an element between a support and a contact node leaves out.
+//! its points move for `R` and `P` as in the open phase, `ü_C = A_∅ ü_O`: so does the mass `A_∅ᵀMA_∅` of such a method. They hang on held neighbours, too: mass and weight of the contact
+//! act on `w + A_h w`, with the contact displacements `A_h w = −K_CC⁻¹K_Ch w` that follow a support (where they follow statically; those of the paper's stresses do not, and `Ṗ` is the sum of
+//! the forces on a part but for what an element between a support and a contact node leaves out).
 
 use std::collections::HashSet;
 
+use nalgebra::DMatrix;
+
+use super::phase::Phase;
 use crate::fem::{Body, Csr, Fix, Held, Loads};
 use crate::mesh::Point;
 
@@ -29,6 +33,8 @@ pub struct Bearings {
     /// `w K` and `w M`
     stiffness: Csr,
     mass: Csr,
+    /// `A_h w` over `u`, a row for each support and axis: where contact displacements have no inertia, and follow statically.
+    following: Csr,
     /// `C = αM + βK`
     damping: (f64, f64),
     /// `Σ k w`
@@ -42,6 +48,11 @@ pub struct Bearings {
     /// The masses of the components of all nodes, of the same rows.
     masses: Csr,
 }
+
+/// More contact displacements are not asked how they follow supports.
+const MOST_FOLLOWERS: usize = 3000;
+/// Forces on contact displacements below this part of their terms are none.
+const STATIC: f64 = 1e-9;
 
 /// A spring.
 #[derive(Debug, Clone, Default)]
@@ -141,6 +152,7 @@ impl Bearings {
         Bearings {
             supports,
             dim,
+            following: Csr::from_triplets(shape.0, n, vec![]),
             held,
             stiffness,
             mass,
@@ -184,8 +196,19 @@ impl Bearings {
         Bearings { momentum, masses, ..self }
     }
 
-    /// Where contact displacements have no inertia: `reduce` is `A_∅ᵀ`, the first entries of what it gives.
-    pub fn without_contact_mass(self, reduce: impl Fn(&[f64]) -> Vec<f64>) -> Bearings {
+    /// Where contact displacements have no inertia: as in the open phase. Those that hand on their mass (the method may spread it anew) do so to supports, too.
+    pub fn without_contact_mass(self, body: &Body, open: &Phase, hands_on: bool) -> Bearings {
+        let following = match hands_on {
+            true => self.followers(body, open),
+            false => self.following.clone(),
+        };
+        // what contact displacements that follow a support bring
+        let mut entries: Vec<(usize, usize, f64)> = self.mass.triplets().collect();
+        for (k, i, x) in following.triplets() {
+            entries.extend(body.mass.row(i).map(|(j, m)| (k, j, x * m)));
+        }
+        let mass = Csr::from_triplets(self.mass.n_rows(), self.mass.n_cols(), entries);
+        let reduce = |row: &[f64]| open.reduce(row);
         let moved = |rows: &Csr| {
             let of_row = |k: usize| {
                 let mut row = vec![0.0; rows.n_cols()];
@@ -196,8 +219,37 @@ impl Bearings {
             let entries = (0..rows.n_rows()).flat_map(of_row).collect();
             Csr::from_triplets(rows.n_rows(), rows.n_cols(), entries)
         };
-        let (mass, momentum) = (moved(&self.mass), moved(&self.momentum));
-        Bearings { mass, momentum, ..self }
+        let (mass, momentum) = (moved(&mass), moved(&self.momentum));
+        Bearings { mass, momentum, following, ..self }
+    }
+
+    /// `−K_CC⁻¹ K_Ch w`, as rows over `u`, where the open phase lets contact displacements follow others so.
+    fn followers(&self, body: &Body, open: &Phase) -> Csr {
+        let (n_o, n) = (body.dofs.n_o, body.dofs.n());
+        let none = || Csr::from_triplets(self.stiffness.n_rows(), n, vec![]);
+        let next: Vec<(usize, usize, f64)> =
+            self.stiffness.triplets().filter(|(_, j, _)| (n_o..n).contains(j)).collect();
+        if next.is_empty() || n - n_o > MOST_FOLLOWERS || body.stiffness.n_rows() != n {
+            return none();
+        }
+        // a motion that nothing singles out
+        let x_o: Vec<f64> = (0..n_o).map(|i| (i as f64 + 0.5).sin()).collect();
+        let mut x = vec![0.0; n];
+        open.expand(&x_o, &mut x);
+        let is_static = (n_o..n).all(|i| {
+            let size: f64 = body.stiffness.row(i).map(|(j, k)| (k * x[j]).abs()).sum();
+            body.stiffness.row_dot(i, &x).abs() <= STATIC * size
+        });
+        let k_cc = DMatrix::from_fn(n - n_o, n - n_o, |i, j| {
+            body.stiffness.entry(n_o + i, n_o + j).copied().unwrap_or(0.0)
+        });
+        let Some(k_cc) = k_cc.cholesky().filter(|_| is_static) else { return none() };
+        let mut sides = DMatrix::zeros(n - n_o, self.stiffness.n_rows());
+        next.iter().for_each(|&(k, j, v)| sides[(j - n_o, k)] -= v);
+        let found = k_cc.solve(&sides);
+        let entries = (0..found.ncols()).flat_map(|k| (0..n - n_o).map(move |i| (k, i)));
+        let entries = entries.map(|(k, i)| (k, n_o + i, found[(i, k)])).filter(|e| e.2 != 0.0);
+        Csr::from_triplets(self.stiffness.n_rows(), n, entries.collect())
     }
 
     /// Whether there is nothing to tell.
@@ -214,6 +266,15 @@ impl Bearings {
     pub fn share(&self, nodal: &[f64]) -> Vec<f64> {
         let mut share = vec![0.0; self.held.n_rows() + self.momenta()];
         self.held.mul(nodal, &mut share);
+        share
+    }
+
+    /// The same of a load on all mass, which contact displacements without inertia hand on.
+    pub fn share_of_weight(&self, body: &Body, nodal: &[f64]) -> Vec<f64> {
+        let mut share = self.share(nodal);
+        let force = body.dofs.gather_forces(nodal);
+        let handed = share.iter_mut().take(self.following.n_rows()).enumerate();
+        handed.for_each(|(k, share)| *share += self.following.row_dot(k, &force));
         share
     }
 

@@ -14,7 +14,7 @@ use crate::records::ExtremesRecord;
 /// States of a period that are looked at, as many as of an orbit, beside its switches.
 const SAMPLES: usize = 200;
 
-/// Of a solution of displacements `u`, with the contact that its phases have; accelerations are those of the series.
+/// Of a solution of displacements `u`, with the contact that its phases have; accelerations are those of the equation of each phase, of a series that never switches its own.
 pub(super) fn extremes(interface: &Interface, s: &Solution, u: &Series) -> ExtremesRecord {
     let system = &interface.system;
     let mut watching = Watching::new(system);
@@ -28,6 +28,7 @@ pub(super) fn extremes(interface: &Interface, s: &Solution, u: &Series) -> Extre
     if watching.takes_accelerations() {
         acceleration.resize(system.n(), 0.0);
     }
+    let mut scratch = system.scratch();
     let mut pressure = vec![0.0; system.n_contact()];
     let mut traction = vec![0.0; system.tangents().map_or(0, <[_]>::len)];
     // there, and where a reversible motion comes back as it went
@@ -51,8 +52,14 @@ pub(super) fn extremes(interface: &Interface, s: &Solution, u: &Series) -> Extre
                 phase.expand_displacement(t, &state.u, &mut displacement);
                 phase.expand_velocity(t, &state.v, &mut velocity);
                 if !acceleration.is_empty() {
-                    u.second(along, &mut acceleration[..n_o]);
-                    acceleration[..n_o].iter_mut().for_each(|a| *a *= s.omega * s.omega);
+                    let own = &mut acceleration[..n_o];
+                    if s.sets().len() == 1 {
+                        u.second(along, own);
+                        own.iter_mut().for_each(|a| *a *= s.omega * s.omega);
+                    } else {
+                        // a series of what jumps has the middle there, and no side
+                        phase.acceleration(t, &state.u, &state.v, &mut scratch, own);
+                    }
                     phase.complete_acceleration(t, &mut acceleration);
                 }
                 phase.pressures(t, &state.u, &mut pressure);

@@ -121,7 +121,7 @@ impl<'s> Watching<'s> {
     /// A state at a switch as it is before it: `u_O` and `u̇_O` are continuous, all else follows from the phase. Not where velocities jump, or memories are set.
     fn note_before(&mut self, s: &Sample, before: &States) {
         let system = self.system;
-        if system.impact().is_some() || system.tangents().is_some() {
+        if system.impact().is_some() || system.n_remembered() > 0 {
             return;
         }
         let phase = system.phase(before);
@@ -138,7 +138,19 @@ impl<'s> Watching<'s> {
         }
         let mut pressure = vec![0.0; system.n_contact()];
         phase.pressures(s.t, u_o, &mut pressure);
-        let own = Sample { u: &u, v: &v, a: &a, active: before, pressure: &pressure, ..*s };
+        let mut traction = vec![0.0; s.traction.len()];
+        if !traction.is_empty() {
+            phase.tractions(s.t, (u_o, v_o), &mut traction);
+        }
+        let own = Sample {
+            u: &u,
+            v: &v,
+            a: &a,
+            active: before,
+            pressure: &pressure,
+            traction: &traction,
+            ..*s
+        };
         self.extremes.note(s.t, self.watch.at(&own));
     }
 

@@ -77,7 +77,7 @@ pub fn mesh_warning(system: &System) -> Option<String> {
     let kind = mesh.elements().next()?.kind;
     let excess = significant(100.0 * excess, 2);
     let (by, what) = match kind.family() {
-        Family::Simplex => ("some", "quadratic functions of their edges"),
+        Family::Simplex => ("at least", "quadratic functions of their edges"),
         _ => ("about", "incompatible modes"),
     };
     let because = bends_badly().map_or(String::new(), |text| format!(" There are {text}."));
