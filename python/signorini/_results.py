@@ -743,7 +743,7 @@ class Family(Result):
         group = self["backbone"].get("extremes")
         if group is None:
             return {}
-        return {name: np.stack([group["least"][:, k], group["largest"][:, k]], axis=1) for k, name in enumerate(group["name"])}
+        return {str(name): np.stack([group["least"][:, k], group["largest"][:, k]], axis=1) for k, name in enumerate(group["name"])}
 
     @property
     def is_followed(self) -> bool:

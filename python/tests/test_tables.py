@@ -52,6 +52,9 @@ def test_families_are_tables_of_points():
     assert len(table) == len(family) and np.array_equal(table["omega"], family.omega)
     assert np.array_equal(table["energy"].to_numpy(), family.energy, equal_nan=True) and "special" in table
     assert family.to_xarray().energy.dims == ("row",)
+    for name, ends in family.extremes.items():
+        assert ends.shape == (len(family), 2) and np.array_equal(table[f"largest_{name}"], ends[:, 1], equal_nan=True)
+    assert any(name.startswith("force_x[") for name in family.extremes)
     modes = sg.modes(ORBIT).to_pandas()
     assert modes["open"].iloc[0] < modes["closed"].iloc[0]
 

@@ -64,19 +64,26 @@ pub(super) fn of_settling(
     omega: f64,
     Settling { to, periods: maps }: Settling,
 ) -> Result<Attractor, OrbitError> {
-    let found = |kind, exponent: (f64, f64), note: String| Found { kind, exponent, note, maps };
-    let repeats_as = |orbit: &Orbit, note: &str| {
+    let found = |kind, exponent: (f64, f64), note: String| Found {
+        kind,
+        exponent,
+        note,
+        maps,
+        is_told: false,
+    };
+    let repeats_as = |orbit: &Orbit, note: &str, is_told: bool| {
         let p = orbit.closure.periods();
         let exponent = orbit.stability.as_ref().map_or(f64::NAN, |s| s.largest.ln() / p as f64);
         let found = found(AttractorKind::Periodic(p), (exponent, 0.0), note.into());
+        let found = Found { is_told, ..found };
         looked_at(body, &orbit.z, omega, p, found)
     };
     match to {
         Settled::Orbit(orbit) => {
-            let seen = repeats_as(&orbit, "")?;
+            let seen = repeats_as(&orbit, "", true)?;
             Ok(Attractor { orbit: Some(orbit), ..seen })
         }
-        Settled::Rest(orbit) => repeats_as(&orbit, "at rest"),
+        Settled::Rest(orbit) => repeats_as(&orbit, "at rest", false),
         Settled::Restless { least, z } => {
             let told = format!("nearest return {least:.1e} of the size of the state");
             let Some((exponent, z)) = tolerate(exponent(body, &z, omega))? else {
@@ -136,6 +143,7 @@ pub fn dwell(
         exponent: (f64::NAN, f64::NAN),
         note: String::new(),
         maps: periods,
+        is_told: false,
     };
     looked_at(body, z, omega, periods, found)
 }
@@ -146,6 +154,8 @@ struct Found {
     exponent: (f64, f64),
     note: String,
     maps: usize,
+    /// An orbit goes with it, which knows what forces and probes come to.
+    is_told: bool,
 }
 
 /// Of which kind a motion is that does not come back, by its exponent and its standard error, and by its nearest return.
@@ -275,7 +285,7 @@ fn looked_at(
     let until = periods as f64 * TAU / omega;
     let states = STATES * periods;
     let mut look = Look::new(body, until, states);
-    look.watching = Some(Watching::new(&body.system));
+    look.watching = (!found.is_told).then(|| Watching::new(&body.system));
     let passage = match integrate_with(body, &body.state(z), until, states, &mut look) {
         Ok(passage) => passage,
         Err(e) if e.is_of_one_motion() => {
@@ -301,7 +311,7 @@ fn looked_at(
     let lead = (0..n_c).max_by(|a, b| moved(a).total_cmp(&moved(b)));
     let spectrum = lead
         .map_or(vec![], |i| spectrum(&history.iter().map(|u| u[i]).collect::<Vec<_>>(), periods));
-    let Found { kind, exponent: (exponent, exponent_error), note, maps } = found;
+    let Found { kind, exponent: (exponent, exponent_error), note, maps, .. } = found;
     let switches = passage.report.switches.len() as f64 / periods as f64;
     let z = match kind {
         AttractorKind::Periodic(_) => z.to_vec(),
@@ -329,7 +339,7 @@ fn looked_at(
 /// Where nothing is seen.
 fn nothing(body: &Propagator, z: &[f64], found: Found) -> Attractor {
     let n_c = body.system.n_contact();
-    let Found { kind, exponent: (exponent, exponent_error), note, maps } = found;
+    let Found { kind, exponent: (exponent, exponent_error), note, maps, .. } = found;
     let seen = AttractorRecord {
         kind,
         exponent,
