@@ -219,7 +219,7 @@ impl<'a> Look<'a> {
     /// At a motion over a time, of which so many states are stored.
     pub fn new(body: &'a Propagator, until: f64, states: usize) -> Look<'a> {
         let step = until / states as f64;
-        let [moved, sums] = [const { Extremes::EMPTY }; 2];
+        let [moved, sums] = [0; 2].map(|_| Extremes::default());
         Look { body, step, moved, sums, watching: None, history: vec![] }
     }
 
@@ -329,7 +329,7 @@ fn looked_at(
         sections,
         least,
         spectrum,
-        extremes: watching.map_or(ExtremesRecord::default(), Watching::seen),
+        extremes: watching.map(Watching::seen).unwrap_or_default(),
         maps,
         note,
     };

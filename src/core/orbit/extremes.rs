@@ -19,10 +19,6 @@ pub(crate) struct Extremes {
 }
 
 impl Extremes {
-    /// Of nothing.
-    pub const EMPTY: Extremes =
-        Extremes { largest: vec![], least: vec![], last: vec![], first: vec![], is_cut: false };
-
     /// A state.
     pub fn note(&mut self, t: f64, now: Vec<f64>) {
         self.largest.resize(now.len(), f64::NAN);
