@@ -3,6 +3,7 @@
 use hdf5::types::VarLenUnicode;
 
 use super::StoreError;
+use super::careful::Careful;
 use crate::contact::System;
 use crate::fem::pair::{Meeting, Projection, Sides};
 use crate::problem::parts;
@@ -13,6 +14,11 @@ pub(super) fn words(group: &hdf5::Group, name: &str, all: &[&str]) -> Result<(),
     let all: Vec<VarLenUnicode> = all.iter().map(|w| w.parse().unwrap_or_default()).collect();
     group.new_dataset_builder().with_data(&all).create(name)?;
     Ok(())
+}
+
+/// The words of a dataset.
+pub(super) fn read_words(data: &hdf5::Dataset) -> Result<Vec<String>, StoreError> {
+    Ok(data.values::<VarLenUnicode>()?.iter().map(|w| w.as_str().to_owned()).collect())
 }
 
 /// Write `/bodies`, of a scene that has several names for its parts.

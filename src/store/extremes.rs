@@ -1,10 +1,9 @@
 //! `/backbone/extremes`: what forces and probes come to at the points of a family.
 
-use hdf5::types::VarLenUnicode;
 use ndarray::Array2;
 
 use super::StoreError;
-use super::bodies::words;
+use super::bodies::{read_words, words};
 use super::careful::Careful;
 use super::columns::EXTREMES;
 use super::schema::Rows;
@@ -59,13 +58,9 @@ pub(super) fn read_extremes(
     file: &hdf5::File,
 ) -> Result<(Vec<StoredWatched>, Vec<ExtremesRecord>), StoreError> {
     let Ok(group) = file.group("backbone/extremes") else { return Ok((vec![], vec![])) };
-    let words = |name: &str| -> Result<Vec<String>, StoreError> {
-        let all = group.dataset(name)?.values::<VarLenUnicode>()?;
-        Ok(all.iter().map(|w| w.as_str().to_owned()).collect())
-    };
-    let watched: Vec<StoredWatched> = words("kind")?
+    let watched: Vec<StoredWatched> = read_words(&group.dataset("kind")?)?
         .into_iter()
-        .zip(words("name")?)
+        .zip(read_words(&group.dataset("name")?)?)
         .map(|(kind, label)| StoredWatched { kind, label })
         .collect();
     let table = |name: &str| group.dataset(name)?.table::<f64>();

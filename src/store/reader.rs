@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use hdf5::types::{FixedAscii, VarLenUnicode};
+use hdf5::types::FixedAscii;
 use ndarray::Array2;
 
+use super::bodies::read_words;
 use super::careful::{Careful, open, reading};
 use super::columns::{ENERGY, FRICTION};
 use super::events::{point_of, read_states};
@@ -258,10 +259,7 @@ impl Stored {
             contact_normals: normals,
             contact_groups: groups,
             row_names: match mesh.dataset("row_names") {
-                Ok(names) => {
-                    let names = names.values::<VarLenUnicode>()?;
-                    names.iter().map(|w| w.as_str().to_owned()).collect()
-                }
+                Ok(names) => read_words(&names)?,
                 Err(_) => vec![],
             },
             groups: names.unwrap_or_default().lines().map(str::to_owned).collect(),
@@ -331,8 +329,7 @@ impl Stored {
         for (kind, names) in [("contact", "group"), ("support", "group"), ("spring", "name")] {
             if file.link_exists(&format!("forces/{kind}/force")) {
                 let group = file.group(&format!("forces/{kind}"))?;
-                let names = group.dataset(names)?.values::<VarLenUnicode>()?;
-                let names = names.iter().map(|w| w.as_str().to_owned()).collect();
+                let names = read_words(&group.dataset(names)?)?;
                 let values = group.dataset("force")?.table()?;
                 self.forces.push(StoredForces { kind, names, values });
             }
